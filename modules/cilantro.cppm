@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: MIT
+//
+// Everything. `import cilantro;` and the areas below are all there.
+export module cilantro;
+
+export import cilantro.eigen;
+export import cilantro.core;

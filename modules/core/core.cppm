@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.core: what every other module speaks. Points, errors, threads, randomness.
+export module cilantro.core;
+
+export import cilantro.eigen;
+export import :error;
+export import :points;
+export import :execution;
+export import :parallel;
+export import :random;

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+export module cilantro.core:error;
+
+namespace cilantro {
+
+/// The caller broke a documented precondition. Thrown before any output is touched.
+export class invalid_input : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Where in a file something went wrong: a line counted from 1 in a text, or a byte counted from 0.
+export struct file_position {
+  enum class unit { line, byte };
+  unit in = unit::byte;
+  std::uint64_t at = 0;
+};
+
+/// The outside world refused: a file is missing, malformed, truncated, or cannot be written.
+export class io_error : public std::runtime_error {
+ public:
+  io_error(std::filesystem::path path, const std::string& what,
+           std::optional<file_position> position = {})
+      : std::runtime_error{sentence(path, what, position)},
+        path_{std::move(path)},
+        position_{position} {}
+
+  /// The file concerned, as the caller named it.
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Where in the file, if it is the content that is wrong.
+  [[nodiscard]] const std::optional<file_position>& position() const { return position_; }
+
+ private:
+  static std::string sentence(const std::filesystem::path& path, const std::string& what,
+                              std::optional<file_position> position) {
+    std::string text = path.string();
+    if (position)
+      text += (position->in == file_position::unit::line ? ", line " : ", byte ") +
+              std::to_string(position->at);
+    return text + ": " + what;
+  }
+
+  std::filesystem::path path_;
+  std::optional<file_position> position_;
+};
+
+/// A long call was asked to stop through its `std::stop_token`. Its inputs are as they were.
+export class cancelled : public std::runtime_error {
+ public:
+  cancelled() : std::runtime_error{"the operation was cancelled"} {}
+};
+
+/// Throws `invalid_input{what}` unless `condition` holds.
+export inline void expects(bool condition, const char* what) {
+  if (!condition) throw invalid_input{what};
+}
+export inline void expects(bool condition, const std::string& what) {
+  if (!condition) throw invalid_input{what};
+}
+
+}  // namespace cilantro

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <functional>
+#include <stop_token>
+export module cilantro.core:execution;
+
+namespace cilantro {
+
+/// Watches a long call and can stop it. Costs nothing while both members are empty.
+export struct task_monitor {
+  /// Called now and then with the share that is done, increasing to 1, on the calling thread only.
+  std::function<void(double)> progress = {};
+  /// Once a stop is requested, the call throws `cancelled` and leaves its inputs as they were.
+  std::stop_token stop = {};
+};
+
+/// How a call may use the machine. Results never depend on it.
+export struct execution {
+  int threads = 0;  ///< 0: OpenMP's own choice (OMP_NUM_THREADS); 1: the calling thread only.
+  task_monitor monitor = {};
+};
+
+}  // namespace cilantro

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+//
+// Eigen as a module. Eigen's headers are read here and nowhere else, so that every other unit, and
+// every user, imports a compiled Eigen instead of parsing it. What is missing here can be added;
+// names with internal linkage (Eigen::Dynamic, Eigen::all, Eigen::last) cannot be exported, which is
+// why cilantro::dynamic exists.
+module;
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+export module cilantro.eigen;
+
+// The layout of every fixed-size Eigen type, and the way every Eigen matrix is freed, depend on this
+// number, and the number on -march. The library's target sets it for itself and for its users.
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
+              "cilantro and everything that imports it must be compiled with EIGEN_MAX_ALIGN_BYTES=16; "
+              "linking the CMake target cilantro::cilantro sets it");
+
+export namespace Eigen {
+
+using Eigen::Matrix;
+using Eigen::Array;
+using Eigen::Map;
+using Eigen::Ref;
+using Eigen::Block;
+using Eigen::VectorBlock;
+using Eigen::Transform;
+using Eigen::Index;
+using Eigen::EigenBase;
+using Eigen::DenseBase;
+using Eigen::MatrixBase;
+using Eigen::ArrayBase;
+using Eigen::PlainObjectBase;
+using Eigen::Diagonal;
+using Eigen::DiagonalMatrix;
+using Eigen::PermutationMatrix;
+using Eigen::Product;
+using Eigen::CwiseNullaryOp;
+using Eigen::CwiseUnaryOp;
+using Eigen::CwiseBinaryOp;
+using Eigen::Transpose;
+using Eigen::Stride;
+using Eigen::OuterStride;
+using Eigen::InnerStride;
+using Eigen::NumTraits;
+using Eigen::IOFormat;
+using Eigen::Quaternion;
+using Eigen::QuaternionBase;
+using Eigen::AngleAxis;
+using Eigen::Rotation2D;
+using Eigen::RotationBase;
+using Eigen::Translation;
+using Eigen::Hyperplane;
+using Eigen::ParametrizedLine;
+using Eigen::AlignedBox;
+using Eigen::LLT;
+using Eigen::LDLT;
+using Eigen::PartialPivLU;
+using Eigen::FullPivLU;
+using Eigen::HouseholderQR;
+using Eigen::ColPivHouseholderQR;
+using Eigen::FullPivHouseholderQR;
+using Eigen::CompleteOrthogonalDecomposition;
+using Eigen::JacobiSVD;
+using Eigen::BDCSVD;
+using Eigen::SelfAdjointEigenSolver;
+using Eigen::EigenSolver;
+using Eigen::GeneralizedSelfAdjointEigenSolver;
+using Eigen::umeyama;
+
+using Eigen::ColMajor;
+using Eigen::RowMajor;
+using Eigen::AutoAlign;
+using Eigen::DontAlign;
+using Eigen::Unaligned;
+using Eigen::Aligned;
+using Eigen::Isometry;
+using Eigen::Affine;
+using Eigen::AffineCompact;
+using Eigen::Projective;
+using Eigen::Lower;
+using Eigen::Upper;
+using Eigen::ComputeThinU;
+using Eigen::ComputeThinV;
+using Eigen::ComputeFullU;
+using Eigen::ComputeFullV;
+using Eigen::ComputeEigenvectors;
+using Eigen::EigenvaluesOnly;
+using Eigen::Success;
+using Eigen::NumericalIssue;
+using Eigen::NoConvergence;
+using Eigen::InvalidInput;
+
+using Eigen::operator<<;
+using Eigen::operator*;
+using Eigen::abs;
+using Eigen::sqrt;
+using Eigen::exp;
+using Eigen::log;
+using Eigen::sin;
+using Eigen::cos;
+using Eigen::tan;
+using Eigen::pow;
+
+using Eigen::Matrix2f;
+using Eigen::Vector2f;
+using Eigen::RowVector2f;
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Eigen::RowVector2d;
+using Eigen::Matrix2i;
+using Eigen::Vector2i;
+using Eigen::RowVector2i;
+using Eigen::Matrix3f;
+using Eigen::Vector3f;
+using Eigen::RowVector3f;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::RowVector3d;
+using Eigen::Matrix3i;
+using Eigen::Vector3i;
+using Eigen::RowVector3i;
+using Eigen::Matrix4f;
+using Eigen::Vector4f;
+using Eigen::RowVector4f;
+using Eigen::Matrix4d;
+using Eigen::Vector4d;
+using Eigen::RowVector4d;
+using Eigen::Matrix4i;
+using Eigen::Vector4i;
+using Eigen::RowVector4i;
+using Eigen::MatrixXf;
+using Eigen::VectorXf;
+using Eigen::RowVectorXf;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Eigen::RowVectorXd;
+using Eigen::MatrixXi;
+using Eigen::VectorXi;
+using Eigen::RowVectorXi;
+using Eigen::Matrix2Xf;
+using Eigen::MatrixX2f;
+using Eigen::Matrix2Xd;
+using Eigen::MatrixX2d;
+using Eigen::Matrix2Xi;
+using Eigen::MatrixX2i;
+using Eigen::Matrix3Xf;
+using Eigen::MatrixX3f;
+using Eigen::Matrix3Xd;
+using Eigen::MatrixX3d;
+using Eigen::Matrix3Xi;
+using Eigen::MatrixX3i;
+using Eigen::Matrix4Xf;
+using Eigen::MatrixX4f;
+using Eigen::Matrix4Xd;
+using Eigen::MatrixX4d;
+using Eigen::Matrix4Xi;
+using Eigen::MatrixX4i;
+using Eigen::Array2f;
+using Eigen::Array2d;
+using Eigen::Array2i;
+using Eigen::Array3f;
+using Eigen::Array3d;
+using Eigen::Array3i;
+using Eigen::Array4f;
+using Eigen::Array4d;
+using Eigen::Array4i;
+using Eigen::ArrayXf;
+using Eigen::ArrayXd;
+using Eigen::ArrayXi;
+using Eigen::ArrayXXf;
+using Eigen::ArrayXXd;
+using Eigen::ArrayXXi;
+using Eigen::Array22f;
+using Eigen::Array22d;
+using Eigen::Array22i;
+using Eigen::Array33f;
+using Eigen::Array33d;
+using Eigen::Array33i;
+using Eigen::Array44f;
+using Eigen::Array44d;
+using Eigen::Array44i;
+using Eigen::Isometry2f;
+using Eigen::Affine2f;
+using Eigen::Translation2f;
+using Eigen::Isometry3f;
+using Eigen::Affine3f;
+using Eigen::Translation3f;
+using Eigen::Quaternionf;
+using Eigen::AngleAxisf;
+using Eigen::Rotation2Df;
+using Eigen::AlignedBox2f;
+using Eigen::AlignedBox3f;
+using Eigen::AlignedBox4f;
+using Eigen::AlignedBoxXf;
+using Eigen::Isometry2d;
+using Eigen::Affine2d;
+using Eigen::Translation2d;
+using Eigen::Isometry3d;
+using Eigen::Affine3d;
+using Eigen::Translation3d;
+using Eigen::Quaterniond;
+using Eigen::AngleAxisd;
+using Eigen::Rotation2Dd;
+using Eigen::AlignedBox2d;
+using Eigen::AlignedBox3d;
+using Eigen::AlignedBox4d;
+using Eigen::AlignedBoxXd;
+
+}  // namespace Eigen

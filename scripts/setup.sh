@@ -1,0 +1,115 @@
+#!/usr/bin/env bash
+# Installs what cilantro is built with, from the Debian archives that this machine already uses.
+#
+#   scripts/setup.sh run     what the library and the quickstart need
+#   scripts/setup.sh test    that, and what the tests need
+#
+# Installs nothing, and needs neither root nor a network, when everything is there.
+set -euo pipefail
+
+fail() { printf 'cilantro: %s\n' "$*" >&2; exit 1; }
+
+# package | why it is needed
+packages_to_run='
+clang-22|the compiler: the oldest Debian ships that can build Eigen as a C++20 module
+clang-tools-22|clang-scan-deps, which tells CMake the order of modules
+libomp-22-dev|OpenMP for clang-22
+cmake|the build system, 3.28 or newer for C++20 modules
+ninja-build|the build tool; the only one with which CMake builds modules
+libc6-dev|the C library headers
+libstdc++-dev|the C++ standard library headers
+libeigen3-dev|Eigen, the linear algebra
+libnanoflann-dev|nanoflann, the kd-tree under neighbour search
+libpng-dev|libpng, for depth images and pictures
+'
+packages_to_test='
+doctest-dev|doctest, the test framework
+python3-minimal|runs the checks of the source tree and of the documentation
+'
+
+mode=${1:-run}
+case $mode in
+  run) wanted=$packages_to_run ;;
+  test) wanted=$packages_to_run$packages_to_test ;;
+  *) fail "usage: scripts/setup.sh run|test" ;;
+esac
+
+is_installed() {
+  case $1 in
+    # The package carries a version in its name; the compiler needs any one of them.
+    libstdc++-dev) compgen -G '/usr/include/c++/[0-9]*/vector' > /dev/null ;;
+    *) [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2> /dev/null)" = installed ] ;;
+  esac
+}
+
+# Anything from `cmake --version` counts, also one that was not installed by apt.
+cmake_is_new_enough() {
+  local version
+  version=$(cmake --version 2> /dev/null | sed -n '1s/cmake version //p')
+  [ -n "$version" ] && [ "$(printf '%s\n' 3.28 "$version" | sort -V | head -n 1)" = 3.28 ]
+}
+
+missing=()
+while IFS='|' read -r name why; do
+  [ -n "$name" ] || continue
+  if [ "$name" = cmake ]; then cmake_is_new_enough && continue; else is_installed "$name" && continue; fi
+  [ ${#missing[@]} -gt 0 ] || echo 'cilantro needs these Debian packages, which are not installed yet:'
+  printf '  %-18s %s\n' "$name" "$why"
+  missing+=("$name")
+done <<< "$wanted"
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+. /etc/os-release 2> /dev/null || true
+[ "${ID:-}" = debian ] && [[ "${VERSION_ID:-}" =~ ^(12|13)$ ]] ||
+  fail "this is ${PRETTY_NAME:-an unknown system}, and only Debian 12 and 13 are set up automatically: install the packages above by hand, then run this again."
+
+as_root=()
+if [ "$(id -u)" != 0 ]; then
+  command -v sudo > /dev/null && sudo -n true 2> /dev/null ||
+    fail 'packages have to be installed: run this as root, or as a user whose sudo asks for no password.'
+  as_root=(sudo -n)
+fi
+apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=300 "$@"; }
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+run_apt() {
+  apt "$@" > "$log" 2>&1 || { tail -n 15 "$log" >&2; return 1; }
+}
+
+# Debian 12 has CMake 3.25, its backports have a newer one. The source is derived from the one that
+# is configured, so that whatever mirror the machine uses is used again.
+add_backports() {
+  local list=/etc/apt/sources.list.d/cilantro-backports.sources uri signed
+  [ -e "$list" ] && return
+  # A deb822 stanza, or a one-line source, that offers the suite "bookworm" itself.
+  local stanza
+  stanza=$(cat /etc/apt/sources.list.d/*.sources 2> /dev/null |
+    awk 'BEGIN { RS = ""; ORS = "\n\n" } /(^|\n)Suites:([^\n]*[ \t])?bookworm([ \t]|\n|$)/ { print; exit }')
+  uri=$(sed -n 's/^URIs:[[:space:]]*\([^[:space:]]*\).*/\1/p' <<< "$stanza")
+  signed=$(sed -n 's/^Signed-By:[[:space:]]*\(\/[^[:space:]]*\).*/\1/p' <<< "$stanza")
+  [ -n "$uri" ] || uri=$(cat /etc/apt/sources.list /etc/apt/sources.list.d/*.list 2> /dev/null |
+    sed -n 's/^deb[[:space:]]\{1,\}\(\[[^]]*\][[:space:]]*\)\{0,1\}\([^[:space:]]*\)[[:space:]]\{1,\}bookworm[[:space:]].*/\2/p' |
+    head -n 1)
+  [ -n "$uri" ] || fail 'no Debian archive is configured in /etc/apt: add one, then run this again.'
+  echo "adding bookworm-backports from $uri, for CMake 3.28 or newer"
+  printf 'Types: deb\nURIs: %s\nSuites: bookworm-backports\nComponents: main\nSigned-By: %s\n' \
+    "$uri" "${signed:-/usr/share/keyrings/debian-archive-keyring.gpg}" | "${as_root[@]}" tee "$list" > /dev/null
+}
+
+pick=()
+for name in "${missing[@]}"; do
+  case $name in
+    libstdc++-dev) [ "$VERSION_ID" = 12 ] && pick+=(libstdc++-12-dev) || pick+=(libstdc++-14-dev) ;;
+    cmake) [ "$VERSION_ID" = 12 ] && { add_backports; pick+=(cmake/bookworm-backports cmake-data/bookworm-backports); } || pick+=(cmake) ;;
+    *) pick+=("$name") ;;
+  esac
+done
+
+echo 'installing them with apt-get ...'
+run_apt update || fail 'apt-get update failed (see above): check the network and the sources in /etc/apt, then run this again.'
+apt-cache show clang-22 > /dev/null 2>&1 || is_installed clang-22 ||
+  fail "clang-22 is in none of the configured archives: add Debian's security archive (suite ${VERSION_CODENAME}-security) to /etc/apt/sources.list, then run this again."
+run_apt install -y --no-install-recommends "${pick[@]}" ||
+  fail 'apt-get install failed (see above): put right what it names, then run this again.'
+cmake_is_new_enough || fail 'the cmake found first in PATH is still older than 3.28: put /usr/bin first, then run this again.'

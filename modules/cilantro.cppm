@@ -5,3 +5,5 @@ export module cilantro;
 
 export import cilantro.eigen;
 export import cilantro.core;
+export import cilantro.search;
+export import cilantro.geometry;

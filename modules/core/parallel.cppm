@@ -14,19 +14,21 @@ import :points;
 
 namespace cilantro {
 
-/// How many items `parallel_for` and `ordered_sum` hand out at a time. It depends on nothing, so that
-/// where a sum is cut never depends on the machine.
+/// How many items `parallel_for` and `ordered_sum` hand out at a time. It depends on nothing, so
+/// that where a sum is cut never depends on the machine.
 export inline constexpr index_t default_block_size = 1024;
 
-/// Calls `f(block, begin, end)` for the consecutive blocks of `block_size` items that make up [0, n),
-/// in no particular order, on up to `how.threads` threads. `f` may write only to what its items own.
+/// Calls `f(block, begin, end)` for the consecutive blocks of `block_size` items that make up [0,
+/// n), in no particular order, on up to `how.threads` threads. `f` may write only to what its items
+/// own.
 ///
 /// Of the exceptions that `f` throws, the one of the lowest block reaches the caller. Throws
 /// `cancelled` once a stop was requested, `invalid_input` for negative threads, n or block size.
 export template <class F>
 void parallel_blocks(index_t n, index_t block_size, const execution& how, F&& f) {
   expects(how.threads >= 0, "threads must not be negative; 0 leaves the choice to OpenMP");
-  expects(n >= 0 && block_size > 0, "parallel_blocks: n must not be negative, nor the block size 0");
+  expects(n >= 0 && block_size > 0,
+          "parallel_blocks: n must not be negative, nor the block size 0");
   const index_t blocks = n / block_size + (n % block_size != 0);
   struct context {
     index_t n, block_size, blocks;
@@ -72,8 +74,8 @@ void parallel_for(index_t n, const execution& how, F&& f) {
 /// any number of threads. Allocates one `T` a block of 1024 items.
 export template <class T, class F>
 [[nodiscard]] T ordered_sum(index_t n, const execution& how, const T& zero, F&& f) {
-  std::vector<T> partial(static_cast<std::size_t>((n + default_block_size - 1) / default_block_size),
-                         zero);
+  std::vector<T> partial(
+      static_cast<std::size_t>((n + default_block_size - 1) / default_block_size), zero);
   parallel_blocks(n, default_block_size, how, [&](index_t block, index_t begin, index_t end) {
     T& sum = partial[static_cast<std::size_t>(block)];
     for (index_t i = begin; i < end; ++i) f(sum, i);

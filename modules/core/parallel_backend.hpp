@@ -11,11 +11,11 @@ namespace cilantro::detail {
 /// What to run: block numbers 0 to `blocks` - 1, each once, in any order.
 struct block_job {
   std::ptrdiff_t blocks;
-  int threads;                                    ///< 0: OpenMP's own choice.
-  void* context;                                  ///< Handed to the functions below.
+  int threads;    ///< 0: OpenMP's own choice.
+  void* context;  ///< Handed to the functions below.
   void (*run)(void*, std::ptrdiff_t block);
-  bool (*stop_requested)(void*);                  ///< Or null; asked before each block.
-  void (*report)(void*, std::ptrdiff_t done);     ///< Or null; called on the calling thread.
+  bool (*stop_requested)(void*);               ///< Or null; asked before each block.
+  void (*report)(void*, std::ptrdiff_t done);  ///< Or null; called on the calling thread.
 };
 
 /// False when the job was stopped early. Rethrows the exception of the lowest block that threw.

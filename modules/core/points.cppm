@@ -26,7 +26,8 @@ concept Scalar = std::same_as<S, float> || std::same_as<S, double>;
 
 /// A `Dim × N` matrix that owns points, or one vector a point, one column each.
 export template <Scalar S, int D>
-using point_matrix = Eigen::Matrix<S, D, dynamic, D == 1 ? Eigen::RowMajor : Eigen::ColMajor>;
+using point_matrix = Eigen::Matrix < S,
+      D, dynamic, D == 1 ? Eigen::RowMajor : Eigen::ColMajor > ;
 
 /// One point or one direction.
 export template <Scalar S, int D>
@@ -81,6 +82,14 @@ class points_view {
   /// Point `i`. Precondition: 0 <= i < size().
   [[nodiscard]] point_type operator[](index_t i) const {
     return point_type{data_ + i * stride_, dimension_};
+  }
+
+  /// `count` points from `first` on. Precondition: they are all there.
+  [[nodiscard]] constexpr points_view slice(index_t first, index_t count) const {
+    points_view part = *this;
+    part.data_ += first * stride_;
+    part.size_ = count;
+    return part;
   }
 
   [[nodiscard]] iterator begin() const { return {*this, 0}; }
@@ -159,7 +168,8 @@ struct points_traits;
 
 /// Points, where an algorithm asks for points: Eigen matrices, maps and blocks with one point per
 /// column; contiguous ranges of `std::array` or of fixed-size Eigen vectors; `points_view`; any
-/// type with `points_traits`. Row-major matrices are not points: their coordinates are not adjacent.
+/// type with `points_traits`. Row-major matrices are not points: their coordinates are not
+/// adjacent.
 export template <class T>
 concept PointsSource = requires(const std::remove_cvref_t<T>& source) {
   points_traits<std::remove_cvref_t<T>>::view(source).matrix();
@@ -175,7 +185,8 @@ export template <PointsSource T>
 inline constexpr int dimension_of = points_view_of<T>::static_dimension;
 
 /// Whether a temporary `T` only looks at storage that outlives it. True for `points_view`, for
-/// Eigen maps and blocks, and for what `std::ranges` calls borrowed; specialise it for your own view.
+/// Eigen maps and blocks, and for what `std::ranges` calls borrowed; specialise it for your own
+/// view.
 export template <class T>
 inline constexpr bool enable_borrowed_points = std::ranges::borrowed_range<T>;
 
@@ -205,11 +216,13 @@ struct points_traits<points_view<S, D>> {
 /// An Eigen matrix, map or block whose columns are contiguous.
 export template <class T>
 concept ColumnMajorMatrix =
-    std::derived_from<T, Eigen::MatrixBase<T>> && requires(const T& m) {
+    std::derived_from<T, Eigen::MatrixBase<T>> &&
+    requires(const T& m) {
       { m.data() } -> std::same_as<const typename T::Scalar*>;
       m.outerStride();
     } && Scalar<typename T::Scalar> &&
-    // A matrix of one row is row-major in Eigen whatever was asked for, and its columns hold one scalar.
+    // A matrix of one row is row-major in Eigen whatever was asked for, and its columns hold one
+    // scalar.
     (T::RowsAtCompileTime == 1 || (!bool(T::IsRowMajor) && T::InnerStrideAtCompileTime == 1));
 
 template <ColumnMajorMatrix T>

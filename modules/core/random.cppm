@@ -16,8 +16,9 @@ import :points;
 
 namespace cilantro {
 
-/// A stream of random numbers that is a function of a seed and an index: give every point, sample or
-/// restart its own index, and no result depends on the order or the thread in which they are drawn.
+/// A stream of random numbers that is a function of a seed and an index: give every point, sample
+/// or restart its own index, and no result depends on the order or the thread in which they are
+/// drawn.
 ///
 /// The same numbers on every compiler and machine, unlike the standard's distributions. Also a
 /// `std::uniform_random_bit_generator`. Not for cryptography.

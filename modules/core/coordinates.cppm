@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <initializer_list>
+#include <vector>
+export module cilantro.core:coordinates;
+
+import cilantro.eigen;
+import :error;
+import :points;
+
+namespace cilantro {
+
+/// One point, of any scalar and dimension, in an option or a step that is written down before the
+/// points it will be used with are known: a viewpoint, the edges of a cell.
+export class coordinates {
+ public:
+  coordinates(std::initializer_list<double> values) : values_{values} {}
+  template <class V>
+    requires(std::derived_from<V, Eigen::MatrixBase<V>> && bool(V::IsVectorAtCompileTime))
+  coordinates(const V& vector) {  // NOLINT: a conversion on purpose
+    for (index_t d = 0; d < vector.size(); ++d) values_.push_back(double(vector[d]));
+  }
+  template <Scalar S, std::size_t D>
+  coordinates(const std::array<S, D>& point)  // NOLINT
+      : values_(point.begin(), point.end()) {}
+
+  [[nodiscard]] index_t size() const { return std::ssize(values_); }
+  [[nodiscard]] double operator[](index_t d) const { return values_[static_cast<std::size_t>(d)]; }
+
+  /// As a vector for points of `dimension` coordinates. Throws `invalid_input{what}` for another
+  /// size.
+  template <Scalar S, int D>
+  [[nodiscard]] point_vector<S, D> as(index_t dimension, const char* what) const {
+    expects(size() == dimension, what);
+    point_vector<S, D> point(dimension);
+    for (index_t d = 0; d < dimension; ++d) point[d] = static_cast<S>((*this)[d]);
+    return point;
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+}  // namespace cilantro

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cmath>
+#include <limits>
+module cilantro.core;
+
+namespace cilantro {
+
+template <Scalar S, int D>
+void apply_affine(points_view<S, D> points, const Eigen::Matrix<S, D, D>& linear,
+                  const point_vector<S, D>& translation, S* out, index_t out_stride) {
+  const index_t dimension = points.dimension();
+  for (index_t i = 0; i < points.size(); ++i) {
+    const point_vector<S, D> moved = linear * points[i] + translation;
+    Eigen::Map<point_vector<S, D>>{out + i * out_stride, dimension} = moved;
+  }
+}
+
+template <Scalar S, int D>
+void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear, S* out,
+                         index_t out_stride) {
+  const index_t dimension = directions.dimension();
+  for (index_t i = 0; i < directions.size(); ++i) {
+    point_vector<S, D> moved = linear * directions[i];
+    const S length = moved.norm();
+    if (length > 0 && std::isfinite(length)) moved /= length;
+    Eigen::Map<point_vector<S, D>>{out + i * out_stride, dimension} = moved;
+  }
+}
+
+template <Scalar S, int D>
+Eigen::Matrix<S, D, D> normal_matrix(const Eigen::Matrix<S, D, D>& linear) {
+  expects(linear.allFinite(), "transform_normals: the transform must be finite");
+  const Eigen::FullPivLU<Eigen::Matrix<S, D, D>> lu{linear};
+  expects(lu.isInvertible(), "transform_normals: the transform must be invertible");
+  return lu.inverse().transpose();
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template void apply_affine<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&,            \
+                                   const point_vector<S, D>&, S*, index_t);                     \
+  template void apply_to_directions<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&, S*, \
+                                          index_t);                                             \
+  template Eigen::Matrix<S, D, D> normal_matrix<S, D>(const Eigen::Matrix<S, D, D>&);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(float, dynamic)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+CILANTRO_INSTANTIATE(double, dynamic)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

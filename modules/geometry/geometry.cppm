@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.geometry: what a set of points looks like locally and as a whole.
+export module cilantro.geometry;
+
+export import cilantro.core;
+export import cilantro.search;
+export import :moments;
+export import :normals;
+export import :voxel_grid;
+export import :depth;

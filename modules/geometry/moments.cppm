@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <utility>
+#include <vector>
+export module cilantro.geometry:moments;
+
+import cilantro.core;
+import cilantro.search;
+
+namespace cilantro {
+
+/// Mean and covariance of some points.
+export template <Scalar S, int D>
+struct moments {
+  index_t count = 0;                  ///< The points that entered: those that are finite.
+  point_vector<S, D> mean;            ///< In the units of the points.
+  Eigen::Matrix<S, D, D> covariance;  ///< Divided by count − 1; zero for a single point.
+};
+
+template <Scalar S, int D>
+std::optional<moments<S, D>> closed_moments(points_view<S, D> points, const execution& how);
+template <Scalar S, int D>
+std::optional<moments<S, D>> closed_moments(points_view<S, D> points,
+                                            std::span<const std::int32_t> indices);
+
+template <Scalar S, int D, int C>
+std::optional<moments<S, D>> with_dimension(const std::optional<moments<S, C>>& found) {
+  if (!found) return std::nullopt;
+  return moments<S, D>{found->count, found->mean, found->covariance};
+}
+
+/// Mean and covariance of all `points`; nothing if none of them is finite. Non-finite ones are left
+/// out. The sums are taken in double and around a point of the set, so that points far from the
+/// origin lose nothing. O(N·D²); the same bits for any number of threads.
+export template <PointsSource P>
+[[nodiscard]] auto mean_and_covariance(const P& points, const execution& how = {})
+    -> std::optional<moments<scalar_of<P>, dimension_of<P>>> {
+  constexpr int D = dimension_of<P>;
+  return with_dimension<scalar_of<P>, D>(
+      closed_moments<scalar_of<P>, closed_dimension<D>>(points_in(points), how));
+}
+
+/// As above, of the points with the given indices, which may repeat.
+/// Throws `invalid_input` for an index that is out of range.
+export template <PointsSource P, std::ranges::input_range R>
+  requires std::integral<std::ranges::range_value_t<R>>
+[[nodiscard]] auto mean_and_covariance(const P& points, R&& indices)
+    -> std::optional<moments<scalar_of<P>, dimension_of<P>>> {
+  constexpr int D = dimension_of<P>;
+  const auto view = points_in(points);
+  std::vector<std::int32_t> checked;
+  for (const auto i : indices) {
+    expects(std::in_range<index_t>(i) && index_t(i) >= 0 && index_t(i) < view.size(),
+            "mean_and_covariance: an index is out of range");
+    checked.push_back(static_cast<std::int32_t>(i));
+  }
+  return with_dimension<scalar_of<P>, D>(closed_moments<scalar_of<P>, closed_dimension<D>>(
+      view, std::span<const std::int32_t>{checked}));
+}
+
+/// As above, of the neighbours that a search found among `points`.
+export template <PointsSource P>
+[[nodiscard]] auto mean_and_covariance(const P& points, const neighborhood<scalar_of<P>>& near) {
+  return mean_and_covariance(points, near.indices());
+}
+
+}  // namespace cilantro

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <span>
+module cilantro.geometry;
+
+namespace cilantro {
+namespace {
+
+/// The smallest eigenvalue of a symmetric matrix with its eigenvector, the second smallest and the
+/// largest one. In two dimensions the last two are the same.
+template <int D>
+struct least_direction {
+  point_vector<double, D> normal;
+  double smallest, second, largest;
+};
+
+least_direction<2> find_least_direction(const Eigen::Matrix2d& m) {
+  const double half_sum = (m(0, 0) + m(1, 1)) / 2, half_difference = (m(0, 0) - m(1, 1)) / 2;
+  const double root = std::hypot(half_difference, m(0, 1));
+  // Of the two ways to write the eigenvector of the largest eigenvalue, the one without
+  // cancellation.
+  Eigen::Vector2d along = half_difference >= 0 ? Eigen::Vector2d{half_difference + root, m(0, 1)}
+                                               : Eigen::Vector2d{m(0, 1), root - half_difference};
+  const double length = along.norm();
+  along = length > 0 ? Eigen::Vector2d{along / length} : Eigen::Vector2d{1, 0};
+  return {{-along.y(), along.x()}, half_sum - root, half_sum + root, half_sum + root};
+}
+
+/// A vector that m − λ sends to nothing: the longest cross product of two of its columns.
+Eigen::Vector3d null_vector(Eigen::Matrix3d m, double eigenvalue) {
+  m.diagonal().array() -= eigenvalue;
+  const Eigen::Vector3d candidates[] = {m.col(0).cross(m.col(1)), m.col(1).cross(m.col(2)),
+                                        m.col(2).cross(m.col(0))};
+  const Eigen::Vector3d& longest =
+      *std::ranges::max_element(candidates, {}, [](const auto& v) { return v.squaredNorm(); });
+  const double length = longest.norm();
+  return length > 0 ? Eigen::Vector3d{longest / length} : Eigen::Vector3d{Eigen::Vector3d::Zero()};
+}
+
+/// Eigenvalues by the trigonometric solution of the cubic (Smith 1961), which is off by up to √ε
+/// where the two smaller ones nearly meet; the Rayleigh quotient of the first eigenvector squares
+/// that error, and the second eigenvector is good to rounding.
+least_direction<3> find_least_direction(const Eigen::Matrix3d& m) {
+  const double mean = m.trace() / 3;
+  const Eigen::Matrix3d centered = m - mean * Eigen::Matrix3d::Identity();
+  const double spread = std::sqrt(centered.squaredNorm() / 6);
+  if (!(spread > 0)) return {Eigen::Vector3d::UnitZ(), mean, mean, mean};
+  const double half_determinant = std::clamp((centered / spread).determinant() / 2, -1.0, 1.0);
+  const double angle = std::acos(half_determinant) / 3;
+  const double largest = mean + 2 * spread * std::cos(angle);
+  double smallest = mean + 2 * spread * std::cos(angle + 2 * std::numbers::pi / 3);
+
+  Eigen::Vector3d normal = null_vector(m, smallest);
+  smallest = normal.dot(m * normal);
+  const Eigen::Vector3d refined = null_vector(m, smallest);
+  if (!refined.isZero(0)) {
+    normal = refined;
+    smallest = normal.dot(m * normal);
+  }
+  return {normal, smallest, 3 * mean - largest - smallest, largest};
+}
+
+least_direction<dynamic> find_least_direction(const Eigen::MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{m};
+  const auto& values = solver.eigenvalues();
+  return {solver.eigenvectors().col(0), values[0], values.size() > 1 ? values[1] : values[0],
+          values[values.size() - 1]};
+}
+
+/// Fits the plane of least squares through a neighbourhood. False if it is not determined.
+template <Scalar S, int D>
+class plane_fit {
+ public:
+  explicit plane_fit(points_view<S, D> points)
+      : points_{points},
+        mean_(points.dimension()),
+        scatter_(points.dimension(), points.dimension()) {}
+
+  bool fit(std::span<const std::int32_t> near) {
+    const index_t dimension = points_.dimension();
+    if (std::ssize(near) < dimension) return false;
+    const vector origin = at(near[0]);
+    mean_.setZero();
+    for (const auto i : near) mean_ += at(i) - origin;
+    mean_ /= double(near.size());
+    scatter_.setZero();
+    for (const auto i : near) {
+      const vector difference = at(i) - origin - mean_;
+      scatter_.noalias() += difference * difference.transpose();
+    }
+    const double total = scatter_.trace();
+    if (!std::isfinite(total)) return false;
+    const auto least = find_least_direction(scatter_);
+
+    // Points on a line scatter around it by the rounding of their coordinates, and no less.
+    const double rounding =
+        std::numeric_limits<S>::epsilon() *
+        ((origin + mean_).cwiseAbs().maxCoeff() + std::sqrt(total / double(near.size())));
+    const double noise =
+        double(dimension) * (1e-14 * least.largest + 4 * double(near.size()) * rounding * rounding);
+    if (dimension > 1 && !(least.second > noise)) return false;
+    if (least.normal.isZero(0)) return false;
+    normal = least.normal.template cast<S>();
+    curvature = total > 0 ? static_cast<S>(std::max(least.smallest, 0.0) / total) : S(0);
+    return true;
+  }
+
+  point_vector<S, D> normal;
+  S curvature = 0;
+
+ private:
+  using vector = point_vector<double, D>;
+  vector at(index_t i) const { return points_[i].template cast<double>(); }
+
+  points_view<S, D> points_;
+  vector mean_;
+  Eigen::Matrix<double, D, D> scatter_;
+};
+
+/// Points handed to a thread at a time, with their neighbourhoods.
+constexpr index_t block_of_points = 256;
+
+template <Scalar S, int D, class Near>
+normals_result<S, D> fit_planes(points_view<S, D> points, const normals_options& options,
+                                Near near_of_block) {
+  constexpr auto what = "estimate_normals: the viewpoint must have the dimension of the points";
+  point_vector<S, D> viewpoint;
+  if (options.viewpoint) {
+    viewpoint = options.viewpoint->as<S, D>(points.dimension(), what);
+    expects(is_finite(viewpoint), "estimate_normals: the viewpoint must be finite");
+  }
+  normals_result<S, D> result{point_matrix<S, D>(points.dimension(), points.size()),
+                              Eigen::Matrix<S, dynamic, 1>(points.size())};
+  parallel_blocks(points.size(), block_of_points, {options.threads, options.monitor},
+                  [&](index_t, index_t begin, index_t end) {
+                    plane_fit<S, D> plane{points};
+                    const auto near = near_of_block(begin, end);
+                    for (index_t i = begin; i < end; ++i) {
+                      if (!plane.fit(near(i).indices())) {
+                        result.normals.col(i).setZero();
+                        result.curvature[i] = 0;
+                        continue;
+                      }
+                      S side;
+                      if (options.viewpoint) {
+                        side = plane.normal.dot(viewpoint - points[i]);
+                      } else {
+                        index_t largest;
+                        plane.normal.cwiseAbs().maxCoeff(&largest);
+                        side = plane.normal[largest];
+                      }
+                      result.normals.col(i) = side < 0 ? (-plane.normal).eval() : plane.normal;
+                      result.curvature[i] = plane.curvature;
+                    }
+                  });
+  return result;
+}
+
+}  // namespace
+
+template <Scalar S, int D>
+normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
+                                    const normals_options& options) {
+  const kd_tree<S, D> tree{points};
+  return fit_planes(points, options, [&](index_t begin, index_t end) {
+    return [near = tree.find_all(points.slice(begin, end - begin), spec, {.threads = 1}),
+            begin](index_t i) { return near[i - begin]; };
+  });
+}
+
+template <Scalar S, int D>
+normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
+                                    const normals_options& options) {
+  expects(near.size() == points.size(),
+          "estimate_normals: there must be one neighborhood per point");
+  expects(std::ranges::all_of(near.indices(),
+                              [&](std::int32_t i) { return 0 <= i && i < points.size(); }),
+          "estimate_normals: a neighbor is not one of the points");
+  return fit_planes(points, options, [&](index_t, index_t) {
+    return [&](index_t i) { return is_finite(points[i]) ? near[i] : neighborhood<S>{}; };
+  });
+}
+
+template <Scalar S, int D>
+void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint, S* normals,
+                   index_t stride) {
+  for (index_t i = 0; i < guides.size(); ++i) {
+    Eigen::Map<point_vector<S, D>> normal{normals + i * stride, guides.dimension()};
+    const S side = viewpoint ? normal.dot(*viewpoint - guides[i]) : normal.dot(guides[i]);
+    if (side < 0) normal = -normal;
+  }
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                                \
+  template normals_result<S, D> closed_normals<S, D>(points_view<S, D>, const neighborhood_spec&, \
+                                                     const normals_options&);                     \
+  template normals_result<S, D> closed_normals<S, D>(points_view<S, D>, const neighborhoods<S>&,  \
+                                                     const normals_options&);                     \
+  template void closed_orient<S, D>(points_view<S, D>, const point_vector<S, D>*, S*, index_t);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(float, dynamic)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+CILANTRO_INSTANTIATE(double, dynamic)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

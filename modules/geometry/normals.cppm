@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <concepts>
+#include <optional>
+export module cilantro.geometry:normals;
+
+import cilantro.core;
+import cilantro.search;
+
+namespace cilantro {
+
+export struct normals_options {
+  /// Normals are turned towards this point. Without one, the largest component of each is positive.
+  std::optional<coordinates> viewpoint = {};
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// Surface normals and curvatures, one per point.
+export template <Scalar S, int D>
+struct normals_result {
+  point_matrix<S, D> normals;              ///< `Dim × N` unit vectors; zero where undetermined.
+  Eigen::Matrix<S, dynamic, 1> curvature;  ///< λ₀ / Σλ in [0, 1/Dim]; zero where undetermined.
+
+  /// How many normals the neighbours did not determine.
+  [[nodiscard]] index_t undetermined() const {
+    index_t count = 0;
+    for (index_t i = 0; i < normals.cols(); ++i) count += normals.col(i).isZero(0);
+    return count;
+  }
+};
+
+template <Scalar S, int D>
+normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
+                                    const normals_options& options);
+template <Scalar S, int D>
+normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
+                                    const normals_options& options);
+/// Turns normal i along viewpoint − guides[i], or along guides[i] if there is no viewpoint.
+template <Scalar S, int D>
+void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint, S* normals,
+                   index_t stride);
+
+/// The normal of the surface at every point: the direction in which its neighbours, the point
+/// itself among them, vary least; and the curvature, the share of the variance in that direction.
+///
+/// Undetermined, with a zero normal and zero curvature, are points that are not finite, that have
+/// fewer than Dim neighbours, or whose neighbours lie on a line (in general: vary in fewer than
+/// Dim − 1 directions by more than the rounding of their coordinates).
+/// Throws `invalid_input` for a viewpoint of another dimension, or one that is not finite.
+/// Builds a kd-tree; O(N (log N + k D²)). The same bits for any number of threads.
+/// Source: Hoppe et al. 1992, section 3.2; the curvature is the surface variation of Pauly, Gross &
+/// Kobbelt 2002, equation 5.
+export template <PointsSource P>
+[[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec,
+                                    const normals_options& options = {})
+    -> normals_result<scalar_of<P>, dimension_of<P>> {
+  auto found = closed_normals<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
+                                                                               spec, options);
+  return {std::move(found.normals), std::move(found.curvature)};
+}
+
+/// As above, from neighbourhoods found by any searcher, one per point.
+/// Throws `invalid_input` unless there is one per point and their indices are of `points`.
+export template <PointsSource P>
+[[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
+                                    const normals_options& options = {})
+    -> normals_result<scalar_of<P>, dimension_of<P>> {
+  auto found = closed_normals<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
+                                                                               near, options);
+  return {std::move(found.normals), std::move(found.curvature)};
+}
+
+/// Turns each normal, in place, so that it points from its point towards `viewpoint`.
+/// Throws `invalid_input` for mismatched sizes or dimensions.
+export template <PointsSource P, class N>
+  requires std::same_as<points_view_of<N>, points_view_of<P>>
+void orient_to_viewpoint(Eigen::MatrixBase<N>& normals, const P& points,
+                         const coordinates& viewpoint) {
+  using S = scalar_of<P>;
+  constexpr int C = closed_dimension<dimension_of<P>>;
+  const points_view<S, C> view = points_in(points);
+  expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
+          "orient_to_viewpoint: there must be one normal per point");
+  const auto eye = viewpoint.as<S, C>(
+      view.dimension(), "orient_to_viewpoint: the viewpoint must have the dimension of the points");
+  closed_orient<S, C>(view, &eye, normals.derived().data(), normals.derived().outerStride());
+}
+
+/// Turns each normal, in place, to the side on which the reference normal of its point is.
+/// Throws `invalid_input` for mismatched sizes.
+export template <PointsSource R, class N>
+  requires std::same_as<points_view_of<N>, points_view_of<R>>
+void orient_to_reference(Eigen::MatrixBase<N>& normals, const R& reference) {
+  using S = scalar_of<R>;
+  constexpr int C = closed_dimension<dimension_of<R>>;
+  const points_view<S, C> view = points_in(reference);
+  expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
+          "orient_to_reference: there must be one normal per reference normal");
+  closed_orient<S, C>(view, nullptr, normals.derived().data(), normals.derived().outerStride());
+}
+
+}  // namespace cilantro

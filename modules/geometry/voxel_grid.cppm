@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <compare>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <utility>
+#include <vector>
+export module cilantro.geometry:voxel_grid;
+
+import cilantro.core;
+import cilantro.search;
+
+namespace cilantro {
+
+/// The edges of a cell, in the units of the points: one for all axes, or one per axis.
+export class voxel_size {
+ public:
+  voxel_size(double edge) : edges_{edge} {}                    // NOLINT: conversions on purpose
+  voxel_size(coordinates edges) : edges_{std::move(edges)} {}  // NOLINT
+  template <class V>
+    requires std::derived_from<V, Eigen::MatrixBase<V>>
+  voxel_size(const V& edges) : edges_{edges} {}  // NOLINT
+
+  /// One edge per axis. Throws `invalid_input` unless each is positive and finite.
+  template <int D>
+  [[nodiscard]] point_vector<double, D> edges(index_t dimension) const {
+    point_vector<double, D> all(dimension);
+    if (edges_.size() == 1)
+      all.setConstant(edges_[0]);
+    else
+      all = edges_.as<double, D>(dimension,
+                                 "voxel_size: there must be one edge, or as many as dimensions");
+    expects(is_finite(all) && (dimension == 0 || all.minCoeff() > 0),
+            "voxel_size: the edges must be positive");
+    return all;
+  }
+
+ private:
+  coordinates edges_;
+};
+
+/// Some of the points 0 to N − 1, sorted into groups: the members of group g are the entries
+/// `offsets[g]` to `offsets[g + 1]` of `members`, ascending.
+export struct point_groups {
+  std::vector<index_t> offsets = {0};
+  buffer<std::int32_t> members;
+
+  [[nodiscard]] index_t size() const { return std::ssize(offsets) - 1; }
+  /// The members of group `g`. Precondition: 0 <= g < size().
+  [[nodiscard]] std::span<const std::int32_t> operator[](index_t g) const {
+    const auto begin = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g)]);
+    const auto end = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g) + 1]);
+    return std::span{members}.subspan(begin, end - begin);
+  }
+};
+
+template <Scalar S, int D>
+point_groups closed_voxel_groups(points_view<S, D> points, const point_vector<double, D>& edges,
+                                 index_t min_points, const execution& how);
+
+/// The cell of a grid of boxes, anchored at the origin, that contains `point`: ⌊pᵈ / edgeᵈ⌋.
+export template <Scalar S, int D>
+[[nodiscard]] Eigen::Matrix<std::int64_t, D, 1> voxel_of(
+    const Eigen::Ref<const point_vector<S, D>>& point, const point_vector<double, D>& edges) {
+  Eigen::Matrix<std::int64_t, D, 1> cell(point.size());
+  for (index_t d = 0; d < point.size(); ++d)
+    cell[d] = static_cast<std::int64_t>(std::floor(double(point[d]) / edges[d]));
+  return cell;
+}
+
+export struct voxel_options {
+  index_t min_points = 1;  ///< Cells with fewer points are left out.
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// Points sorted into the cells of a grid of boxes that is anchored at the origin. Only occupied
+/// cells are stored, in the order of their integer coordinates, the first axis being the most
+/// significant; so neither threads nor the order of the points affect which cell is which.
+///
+/// Views its points, which must outlive it. Non-finite points are in no cell.
+export template <Scalar S, int D>
+class voxel_grid {
+ public:
+  using cell_type = Eigen::Matrix<std::int64_t, D, 1>;
+
+  /// Throws `invalid_input` for edges that are not positive, for a negative `min_points`, and for a
+  /// point whose cell coordinate would not fit 62 bits. O(N) for cells whose coordinates differ in
+  /// 64 bits altogether, a few times slower beyond.
+  voxel_grid(points_view<S, D> points, const voxel_size& size, const voxel_options& options = {})
+      : points_{points},
+        edges_{size.edges<D>(points.dimension())},
+        groups_{closed_voxel_groups<S, closed_dimension<D>>(points, edges_, options.min_points,
+                                                            {options.threads, options.monitor})} {}
+  template <BorrowedPoints P>
+  voxel_grid(P&& points, const voxel_size& size, const voxel_options& options = {})
+      : voxel_grid{as_points(std::forward<P>(points)), size, options} {}
+
+  /// The number of occupied cells.
+  [[nodiscard]] index_t size() const { return groups_.size(); }
+  /// The indices of the points in cell number `c`, ascending.
+  [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const { return groups_[c]; }
+  [[nodiscard]] const point_groups& groups() const { return groups_; }
+  /// The integer coordinates of cell number `c`.
+  [[nodiscard]] cell_type cell(index_t c) const {
+    return voxel_of<S, D>(points_[groups_[c].front()], edges_);
+  }
+
+  /// The number of the cell with these integer coordinates; nothing if it is not there. O(log
+  /// size()).
+  [[nodiscard]] std::optional<index_t> find_cell(const cell_type& wanted) const {
+    const auto before = [](const cell_type& a, const cell_type& b) {
+      return std::lexicographical_compare(a.data(), a.data() + a.size(), b.data(),
+                                          b.data() + b.size());
+    };
+    const auto all = std::views::iota(index_t{0}, size());
+    const auto place =
+        std::ranges::lower_bound(all, wanted, before, [&](index_t c) { return cell(c); });
+    if (place == all.end() || cell(*place) != wanted) return std::nullopt;
+    return *place;
+  }
+  /// The number of the cell that contains a place; nothing if it holds no point.
+  [[nodiscard]] std::optional<index_t> find(
+      const Eigen::Ref<const point_vector<S, D>>& place) const {
+    if (!is_finite(place)) return std::nullopt;
+    return find_cell(voxel_of<S, D>(place, edges_));
+  }
+  /// The number of the cell that contains point `i`. Throws `invalid_input` for no such point.
+  [[nodiscard]] std::optional<index_t> find(std::integral auto i) const {
+    expects(std::cmp_greater_equal(i, 0) && std::cmp_less(i, points_.size()),
+            "voxel_grid: there is no such point");
+    return find(points_[static_cast<index_t>(i)]);
+  }
+
+ private:
+  points_view<S, D> points_;
+  point_vector<double, D> edges_;
+  point_groups groups_;
+};
+export template <PointsSource P, class... Rest>
+voxel_grid(P&&, Rest&&...) -> voxel_grid<scalar_of<P>, dimension_of<P>>;
+
+template <Scalar S, int D>
+point_matrix<S, D> closed_group_means(points_view<S, D> values, const point_groups& groups,
+                                      const execution& how);
+template <Scalar S, int D>
+point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const point_groups& groups,
+                                           const execution& how);
+
+/// The mean of each group of columns, `Dim × groups`. Columns that are not finite do not count; a
+/// group of only such columns gets NaN. Summed in double and in the order of the points.
+export template <PointsSource P>
+[[nodiscard]] auto group_means(const P& values, const point_groups& groups,
+                               const execution& how = {}) {
+  return point_matrix<scalar_of<P>, dimension_of<P>>(
+      closed_group_means<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(values), groups,
+                                                                          how));
+}
+
+/// The mean direction of each group of unit vectors, `Dim × groups`, at unit length. Directions are
+/// turned to the side of the first one of their group before they are added, since normals of one
+/// surface may be oriented either way. Zero where no direction is known, or where they cancel.
+export template <PointsSource P>
+[[nodiscard]] auto group_directions(const P& directions, const point_groups& groups,
+                                    const execution& how = {}) {
+  return point_matrix<scalar_of<P>, dimension_of<P>>(
+      closed_group_directions<scalar_of<P>, closed_dimension<dimension_of<P>>>(
+          points_in(directions), groups, how));
+}
+
+/// One point per occupied cell of a grid anchored at the origin: the mean of the points in it, in
+/// the order of `voxel_grid`. Non-finite points are dropped. Throws as `voxel_grid` does.
+export template <PointsSource P>
+[[nodiscard]] auto voxel_downsample(const P& points, const voxel_size& size,
+                                    const voxel_options& options = {}) {
+  const voxel_grid grid{points_in(points), size, options};
+  return group_means(points, grid.groups(), {.threads = options.threads});
+}
+
+}  // namespace cilantro

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+export module cilantro.search:concepts;
+
+import cilantro.core;
+import :neighborhood;
+
+namespace cilantro {
+
+/// Finds the neighbours of a point among the points that it was built from.
+///
+/// Semantics: `find(query, spec, out)` clears `out` and writes the neighbours by ascending
+/// distance, and by ascending index where distances are equal: at most `spec.max_count()` of them,
+/// none farther than `spec.max_distance()`, which itself still belongs. A query with a non-finite
+/// coordinate has no neighbours, and a point with one is nobody's neighbour. `find` is const,
+/// depends on nothing but its arguments, and is called from several threads at once. Complexity
+/// expected of a model: less than the number of points for a small neighbourhood. Models:
+/// `kd_tree`, `brute_force_searcher`; `check_neighbor_searcher` tests yours.
+export template <class T>
+concept NeighborSearcher =
+    requires(const T& searcher,
+             typename points_view<typename T::scalar, T::static_dimension>::point_type query,
+             neighborhood_spec spec, std::vector<neighbor<typename T::scalar>>& out) {
+      requires Scalar<typename T::scalar>;
+      { searcher.size() } -> std::convertible_to<index_t>;
+      { searcher.dimension() } -> std::convertible_to<index_t>;
+      { searcher.find(query, spec, out) } -> std::same_as<void>;
+    };
+
+/// A searcher that has a faster way to answer many queries than one after another.
+template <class T>
+concept BatchSearcher =
+    NeighborSearcher<T> &&
+    requires(const T& searcher, points_view<typename T::scalar, T::static_dimension> queries,
+             neighborhood_spec spec, const execution& how) {
+      { searcher.find_all(queries, spec, how) } -> std::same_as<neighborhoods<typename T::scalar>>;
+    };
+
+/// Blocks of neighbours found apart, before they are put one behind the other.
+template <Scalar S>
+struct found_block {
+  std::vector<index_t> counts;
+  std::vector<std::int32_t> indices;
+  std::vector<S> distances;
+};
+
+/// Queries answered by one thread at a time; small, since a radius search varies in cost.
+inline constexpr index_t query_block_size = 256;
+
+/// Asks for every q in [0, queries), in parallel, and gathers what is found. `make_find()` is
+/// called once a block and returns a function `find(q, out)` that may keep what it needs between
+/// queries.
+template <Scalar S, class F>
+[[nodiscard]] neighborhoods<S> gather_neighborhoods(index_t queries, const execution& how,
+                                                    F&& make_find) {
+  std::vector<found_block<S>> blocks(
+      static_cast<std::size_t>((queries + query_block_size - 1) / query_block_size));
+  parallel_blocks(queries, query_block_size, how, [&](index_t b, index_t begin, index_t end) {
+    auto& block = blocks[static_cast<std::size_t>(b)];
+    auto find = make_find();
+    std::vector<neighbor<S>> found;
+    for (index_t q = begin; q < end; ++q) {
+      find(q, found);
+      block.counts.push_back(std::ssize(found));
+      for (const auto& [index, distance] : found) {
+        block.indices.push_back(static_cast<std::int32_t>(index));
+        block.distances.push_back(distance);
+      }
+    }
+  });
+
+  std::vector<index_t> offsets{0};
+  offsets.reserve(static_cast<std::size_t>(queries) + 1);
+  for (const auto& block : blocks)
+    for (const index_t count : block.counts) offsets.push_back(offsets.back() + count);
+  buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
+  buffer<S> distances(indices.size());
+  parallel_blocks(std::ssize(blocks), 1, {.threads = how.threads},
+                  [&](index_t b, index_t, index_t) {
+                    auto& block = blocks[static_cast<std::size_t>(b)];
+                    const index_t at = offsets[static_cast<std::size_t>(b * query_block_size)];
+                    std::ranges::copy(block.indices, indices.begin() + at);
+                    std::ranges::copy(block.distances, distances.begin() + at);
+                    block = {};
+                  });
+  return {std::move(offsets), std::move(indices), std::move(distances)};
+}
+
+/// The neighbourhoods of all `queries`, in parallel and in their order; the same for any number of
+/// threads. Throws `invalid_input` if the dimensions differ.
+export template <NeighborSearcher T>
+[[nodiscard]] auto find_neighborhoods(const T& searcher,
+                                      points_view<typename T::scalar, T::static_dimension> queries,
+                                      neighborhood_spec spec, const execution& how = {}) {
+  expects(queries.empty() || queries.dimension() == searcher.dimension(),
+          "find_neighborhoods: queries and points must have the same dimension");
+  if constexpr (BatchSearcher<T>)
+    return searcher.find_all(queries, spec, how);
+  else
+    return gather_neighborhoods<typename T::scalar>(queries.size(), how, [&] {
+      return [&](index_t q, auto& found) { searcher.find(queries[q], spec, found); };
+    });
+}
+export template <NeighborSearcher T, PointsSource P>
+[[nodiscard]] auto find_neighborhoods(const T& searcher, const P& queries, neighborhood_spec spec,
+                                      const execution& how = {}) {
+  return find_neighborhoods(
+      searcher, points_view<typename T::scalar, T::static_dimension>{points_in(queries)}, spec,
+      how);
+}
+
+}  // namespace cilantro

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <compare>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <ranges>
+#include <span>
+#include <utility>
+#include <vector>
+export module cilantro.search:neighborhood;
+
+import cilantro.core;
+
+namespace cilantro {
+
+/// A point near a query: its index, and its distance in the units of the metric, not squared.
+export template <Scalar S>
+struct neighbor {
+  index_t index = 0;
+  S distance = 0;
+  friend bool operator==(const neighbor&, const neighbor&) = default;
+};
+
+/// The `k` nearest points.
+export struct knn {
+  index_t k;
+};
+
+/// All points at most `distance` away; a point exactly there belongs to them.
+export struct radius {
+  double distance;
+};
+
+/// The `k` nearest of the points at most `distance` away.
+export struct knn_in_radius {
+  index_t k;
+  double distance;
+};
+
+/// Which points around a query are its neighbourhood: what `knn`, `radius` and `knn_in_radius`
+/// convert to. Throws `invalid_input` for a negative count, or a negative or NaN distance.
+export class neighborhood_spec {
+ public:
+  neighborhood_spec(knn spec)  // NOLINT: a conversion on purpose
+      : neighborhood_spec{knn_in_radius{spec.k, std::numeric_limits<double>::infinity()}} {}
+  neighborhood_spec(radius spec)  // NOLINT
+      : neighborhood_spec{knn_in_radius{std::numeric_limits<index_t>::max(), spec.distance}} {}
+  neighborhood_spec(knn_in_radius spec)  // NOLINT
+      : max_count_{spec.k}, max_distance_{spec.distance} {
+    expects(max_count_ >= 0, "knn: k must not be negative");
+    expects(max_distance_ >= 0, "radius: the distance must be a number that is not negative");
+  }
+
+  /// The largest `index_t` for a plain radius.
+  [[nodiscard]] index_t max_count() const { return max_count_; }
+  /// Infinite for plain k nearest neighbours.
+  [[nodiscard]] double max_distance() const { return max_distance_; }
+  [[nodiscard]] bool is_count_limited() const {
+    return max_count_ != std::numeric_limits<index_t>::max();
+  }
+
+ private:
+  index_t max_count_;
+  double max_distance_;
+};
+
+/// Leaves new elements of a trivial type uninitialised: they are about to be written, in parallel.
+export template <class T>
+struct uninitialized_allocator : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = uninitialized_allocator<U>;
+  };
+  template <class U>
+  void construct(U* p) noexcept {
+    ::new (static_cast<void*>(p)) U;
+  }
+  template <class U, class... Args>
+  void construct(U* p, Args&&... args) {
+    std::construct_at(p, std::forward<Args>(args)...);
+  }
+};
+
+/// A `std::vector` whose `resize` does not clear what it adds.
+export template <class T>
+using buffer = std::vector<T, uninitialized_allocator<T>>;
+
+/// The neighbours of one query, by ascending distance and then index: a random-access range of
+/// `neighbor<S>` over two arrays that live elsewhere.
+export template <Scalar S>
+class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
+ public:
+  class iterator;
+
+  neighborhood() = default;
+  neighborhood(std::span<const std::int32_t> indices, std::span<const S> distances)
+      : indices_{indices}, distances_{distances} {}
+
+  [[nodiscard]] iterator begin() const { return {indices_.data(), distances_.data()}; }
+  [[nodiscard]] iterator end() const { return begin() + std::ssize(indices_); }
+  [[nodiscard]] std::size_t size() const { return indices_.size(); }
+
+  [[nodiscard]] std::span<const std::int32_t> indices() const { return indices_; }
+  [[nodiscard]] std::span<const S> distances() const { return distances_; }
+
+ private:
+  std::span<const std::int32_t> indices_;
+  std::span<const S> distances_;
+};
+
+/// Reads an index and a distance as one `neighbor`.
+template <Scalar S>
+class neighborhood<S>::iterator {
+ public:
+  using value_type = neighbor<S>;
+  using reference = value_type;
+  using difference_type = index_t;
+  using iterator_category = std::input_iterator_tag;
+  using iterator_concept = std::random_access_iterator_tag;
+
+  iterator() = default;
+  iterator(const std::int32_t* index, const S* distance) : index_{index}, distance_{distance} {}
+
+  reference operator*() const { return {*index_, *distance_}; }
+  reference operator[](index_t n) const { return *(*this + n); }
+  iterator& operator+=(index_t n) {
+    index_ += n;
+    distance_ += n;
+    return *this;
+  }
+  iterator& operator-=(index_t n) { return *this += -n; }
+  iterator& operator++() { return *this += 1; }
+  iterator& operator--() { return *this -= 1; }
+  iterator operator++(int) { return std::exchange(*this, *this + 1); }
+  iterator operator--(int) { return std::exchange(*this, *this - 1); }
+  friend iterator operator+(iterator a, index_t n) { return a += n; }
+  friend iterator operator+(index_t n, iterator a) { return a += n; }
+  friend iterator operator-(iterator a, index_t n) { return a -= n; }
+  friend index_t operator-(const iterator& a, const iterator& b) { return a.index_ - b.index_; }
+  friend bool operator==(const iterator& a, const iterator& b) { return a.index_ == b.index_; }
+  friend auto operator<=>(const iterator& a, const iterator& b) { return a.index_ <=> b.index_; }
+
+ private:
+  const std::int32_t* index_ = nullptr;
+  const S* distance_ = nullptr;
+};
+
+/// The neighbourhoods of many queries in three arrays, without a heap block per query; a
+/// random-access range of `neighborhood`, one per query and in their order.
+///
+/// The neighbours of query q are the entries `offsets()[q]` to `offsets()[q + 1]` of `indices()`
+/// and `distances()`: the rows of a sparse matrix in compressed form.
+export template <Scalar S>
+class neighborhoods {
+ public:
+  neighborhoods() : offsets_(1, 0) {}
+
+  /// Throws `invalid_input` unless the offsets start at 0, do not decrease, and end at the common
+  /// size of the other two.
+  neighborhoods(std::vector<index_t> offsets, buffer<std::int32_t> indices, buffer<S> distances)
+      : offsets_{std::move(offsets)},
+        indices_{std::move(indices)},
+        distances_{std::move(distances)} {
+    expects(!offsets_.empty() && offsets_.front() == 0 && std::ranges::is_sorted(offsets_) &&
+                offsets_.back() == std::ssize(indices_) && indices_.size() == distances_.size(),
+            "neighborhoods: the offsets must rise from 0 to the number of neighbours");
+  }
+
+  [[nodiscard]] index_t size() const { return std::ssize(offsets_) - 1; }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  /// The neighbours of query `q`. Precondition: 0 <= q < size().
+  [[nodiscard]] neighborhood<S> operator[](index_t q) const {
+    const auto begin = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(q)]);
+    const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(q) + 1]);
+    return {std::span{indices_}.subspan(begin, end - begin),
+            std::span{distances_}.subspan(begin, end - begin)};
+  }
+  [[nodiscard]] auto begin() const { return all().begin(); }
+  [[nodiscard]] auto end() const { return all().end(); }
+
+  /// How many neighbours all queries have together.
+  [[nodiscard]] index_t total() const { return offsets_.back(); }
+  [[nodiscard]] std::span<const index_t> offsets() const { return offsets_; }
+  [[nodiscard]] std::span<const std::int32_t> indices() const { return indices_; }
+  [[nodiscard]] std::span<const S> distances() const { return distances_; }
+
+ private:
+  [[nodiscard]] auto all() const {
+    return std::views::iota(index_t{0}, size()) | std::views::transform(at{this});
+  }
+  struct at {
+    const neighborhoods* self;
+    neighborhood<S> operator()(index_t q) const { return (*self)[q]; }
+  };
+
+  std::vector<index_t> offsets_;
+  buffer<std::int32_t> indices_;
+  buffer<S> distances_;
+};
+
+}  // namespace cilantro
+
+template <cilantro::Scalar S>
+inline constexpr bool std::ranges::enable_borrowed_range<cilantro::neighborhood<S>> = true;

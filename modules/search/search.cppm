@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.search: who is near whom.
+export module cilantro.search;
+
+export import cilantro.core;
+export import :metric;
+export import :neighborhood;
+export import :concepts;
+export import :brute_force;
+export import :kd_tree;

@@ -7,3 +7,4 @@ export import cilantro.eigen;
 export import cilantro.core;
 export import cilantro.search;
 export import cilantro.geometry;
+export import cilantro.cloud;

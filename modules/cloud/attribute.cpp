@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module cilantro.cloud;
+
+namespace cilantro {
+namespace {
+
+template <std::floating_point T>
+T reduce_values(const std::vector<T>& values, std::span<const std::int32_t> members,
+                std::vector<T>&) {
+  double sum = 0;
+  index_t count = 0;
+  for (const auto i : members) {
+    const T value = values[static_cast<std::size_t>(i)];
+    if (!std::isfinite(value)) continue;
+    sum += double(value);
+    ++count;
+  }
+  return count > 0 ? static_cast<T>(sum / double(count)) : std::numeric_limits<T>::quiet_NaN();
+}
+
+template <std::integral T>
+T reduce_values(const std::vector<T>& values, std::span<const std::int32_t> members,
+                std::vector<T>& room) {
+  room.clear();
+  for (const auto i : members) room.push_back(values[static_cast<std::size_t>(i)]);
+  const auto median = room.begin() + (std::ssize(room) - 1) / 2;
+  std::ranges::nth_element(room, median);
+  return *median;
+}
+
+}  // namespace
+
+index_t attribute::size() const {
+  return std::visit([](const auto& v) { return static_cast<index_t>(v.size()); }, values);
+}
+
+attribute select(const attribute& all, std::span<const std::int32_t> indices) {
+  return {all.name, std::visit(
+                        [&]<class T>(const std::vector<T>& values) -> attribute_values {
+                          std::vector<T> selected;
+                          selected.reserve(indices.size());
+                          for (const auto i : indices)
+                            selected.push_back(values[static_cast<std::size_t>(i)]);
+                          return selected;
+                        },
+                        all.values)};
+}
+
+attribute reduce(const attribute& all, const point_groups& groups) {
+  return {all.name, std::visit(
+                        [&]<class T>(const std::vector<T>& values) -> attribute_values {
+                          std::vector<T> reduced, room;
+                          reduced.reserve(static_cast<std::size_t>(groups.size()));
+                          for (index_t g = 0; g < groups.size(); ++g)
+                            reduced.push_back(reduce_values(values, groups[g], room));
+                          return reduced;
+                        },
+                        all.values)};
+}
+
+attribute concatenate(attribute a, const attribute& b) {
+  expects(a.values.index() == b.values.index(),
+          "append: the attribute \"" + a.name + "\" has different types in the two clouds");
+  std::visit(
+      [&]<class T>(std::vector<T>& values) {
+        const auto& more = std::get<std::vector<T>>(b.values);
+        values.insert(values.end(), more.begin(), more.end());
+      },
+      a.values);
+  return a;
+}
+
+}  // namespace cilantro

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <concepts>
+#include <functional>
+#include <utility>
+export module cilantro.cloud:pipeline;
+
+import :point_cloud;
+
+namespace cilantro {
+
+/// A function that a cloud of type C can be piped into: it takes the cloud, usually `C&&` or by
+/// value, and usually returns a cloud.
+export template <class F, class C>
+concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
+
+/// A step of a pipeline: `cloud | step` is `step(cloud)`, and `a | b` is the step "a, then b".
+///
+/// Eager: every step returns a finished value, and a temporary cloud is moved through the whole
+/// line. A value like any other: store it, copy it, use it in `std::views::transform` over frames.
+/// Your own step is a lambda wrapped once: `step{[](auto cloud) { …; return cloud; }}`.
+export template <class F>
+struct step {
+  F function;
+
+  template <class C>
+    requires StepFor<F, C>
+  decltype(auto) operator()(C&& cloud) const {
+    return std::invoke(function, std::forward<C>(cloud));
+  }
+
+  template <PointCloud C>
+    requires StepFor<F, C>
+  friend decltype(auto) operator|(C&& cloud, const step& s) {
+    return s(std::forward<C>(cloud));
+  }
+
+  template <class G>
+  [[nodiscard]] friend auto operator|(step first, step<G> second) {
+    return cilantro::step{
+        [first = std::move(first),
+         second = std::move(second)]<PointCloud C>(C&& c) -> decltype(auto)
+          requires StepFor<F, C> &&
+                   std::invocable<const step<G>&, std::invoke_result_t<const F&, C>>
+        { return second(first(std::forward<C>(c))); }};
+  }
+};
+export template <class F>
+step(F) -> step<F>;
+
+}  // namespace cilantro

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+//
+// The header of a PLY file as text and as data. A plain header that both halves of the
+// implementation include; it needs nothing of any module.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace cilantro::ply {
+
+enum class encoding { ascii, little_endian, big_endian };
+
+enum class number : unsigned char { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+/// The names of a number in a header, the one that is written first.
+inline constexpr std::array<std::pair<std::string_view, number>, 16> number_names{{
+    {"char", number::int8},
+    {"uchar", number::uint8},
+    {"short", number::int16},
+    {"ushort", number::uint16},
+    {"int", number::int32},
+    {"uint", number::uint32},
+    {"float", number::float32},
+    {"double", number::float64},
+    {"int8", number::int8},
+    {"uint8", number::uint8},
+    {"int16", number::int16},
+    {"uint16", number::uint16},
+    {"int32", number::int32},
+    {"uint32", number::uint32},
+    {"float32", number::float32},
+    {"float64", number::float64},
+}};
+
+constexpr std::size_t size_of(number n) {
+  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(n)];
+}
+
+/// Calls `f` with a value of the C++ type of `n`.
+template <class F>
+decltype(auto) visit_number(number n, F&& f) {
+  switch (n) {
+    case number::int8:
+      return f(std::int8_t{});
+    case number::uint8:
+      return f(std::uint8_t{});
+    case number::int16:
+      return f(std::int16_t{});
+    case number::uint16:
+      return f(std::uint16_t{});
+    case number::int32:
+      return f(std::int32_t{});
+    case number::uint32:
+      return f(std::uint32_t{});
+    case number::float32:
+      return f(float{});
+    case number::float64:
+      break;
+  }
+  return f(double{});
+}
+
+struct property {
+  std::string name;
+  number type = number::float32;  ///< Of the value, or of the items of a list.
+  bool is_list = false;
+  number count_type = number::uint8;  ///< Of the length of a list.
+};
+
+struct element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<property> properties;
+
+  [[nodiscard]] bool has_lists() const {
+    for (const auto& p : properties)
+      if (p.is_list) return true;
+    return false;
+  }
+  /// Bytes of one instance, counting only the length of a list.
+  [[nodiscard]] std::size_t least_size() const {
+    std::size_t size = 0;
+    for (const auto& p : properties) size += size_of(p.is_list ? p.count_type : p.type);
+    return size;
+  }
+};
+
+struct header {
+  encoding data = encoding::ascii;
+  std::vector<element> elements;
+  std::vector<std::string> comments;
+};
+
+/// Turns a value between the byte orders of the file and of the machine.
+template <class T>
+T swap_bytes(T value) {
+  std::array<char, sizeof(T)> bytes;
+  __builtin_memcpy(bytes.data(), &value, sizeof(T));
+  for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
+  __builtin_memcpy(&value, bytes.data(), sizeof(T));
+  return value;
+}
+
+}  // namespace cilantro::ply

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+module cilantro.cloud;
+
+namespace cilantro {
+
+void expect_consistent(index_t points, index_t normals, index_t colors,
+                       std::span<const attribute> attributes, const char* who) {
+  const auto differ = [&](index_t count, const std::string& what) {
+    return std::string{who} + ": the cloud has " + std::to_string(points) + " points but " +
+           std::to_string(count) + ' ' + what;
+  };
+  if (normals != 0 && normals != points) throw invalid_input{differ(normals, "normals")};
+  if (colors != 0 && colors != points) throw invalid_input{differ(colors, "colors")};
+  for (std::size_t i = 0; i < attributes.size(); ++i) {
+    const attribute& a = attributes[i];
+    if (a.size() != points)
+      throw invalid_input{differ(a.size(), "values of the attribute \"" + a.name + '"')};
+    for (const auto& earlier : attributes.first(i))
+      if (earlier.name == a.name)
+        throw invalid_input{std::string{who} + ": the cloud has two attributes \"" + a.name + '"'};
+  }
+}
+
+template <Scalar S, int D>
+point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices) {
+  point_matrix<S, D> selected(all.dimension(), std::ssize(indices));
+  for (index_t i = 0; i < selected.cols(); ++i)
+    selected.col(i) = all[indices[static_cast<std::size_t>(i)]];
+  return selected;
+}
+
+template <Scalar S, int D>
+std::vector<std::int32_t> finite_columns(points_view<S, D> all) {
+  std::vector<std::int32_t> finite;
+  finite.reserve(static_cast<std::size_t>(all.size()));
+  for (index_t i = 0; i < all.size(); ++i)
+    if (is_finite(all[i])) finite.push_back(static_cast<std::int32_t>(i));
+  return finite;
+}
+
+std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, index_t size) {
+  expects(size <= std::numeric_limits<std::int32_t>::max(),
+          "select: at most 2^31 - 1 points can be selected from");
+  std::vector<std::int32_t> checked;
+  checked.reserve(indices.size());
+  for (const index_t i : indices) {
+    if (i < 0 || i >= size)
+      throw invalid_input{"select: there is no point " + std::to_string(i) + " in a cloud of " +
+                          std::to_string(size)};
+    checked.push_back(static_cast<std::int32_t>(i));
+  }
+  return checked;
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                 \
+  template point_matrix<S, D> gather_columns<S, D>(points_view<S, D>,              \
+                                                   std::span<const std::int32_t>); \
+  template std::vector<std::int32_t> finite_columns<S, D>(points_view<S, D>);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(float, dynamic)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+CILANTRO_INSTANTIATE(double, dynamic)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <concepts>
+#include <cstdint>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+export module cilantro.cloud:point_cloud;
+
+import cilantro.core;
+import cilantro.search;
+import cilantro.geometry;
+import :attribute;
+
+namespace cilantro {
+
+/// Points and what is known about each of them. A plain value: copy it, move it, compare it, write
+/// to its members. Every function on clouds keeps, drops or transforms each member as its comment
+/// says.
+export template <Scalar S, int D>
+struct point_cloud {
+  using scalar = S;
+  static constexpr int static_dimension = D;
+
+  point_matrix<S, D> points = {};   ///< `Dim × N`.
+  point_matrix<S, D> normals = {};  ///< `Dim × N`, unit length or zero if unknown; or no columns.
+  Eigen::Matrix<float, 3, dynamic> colors =
+      {};                                  ///< `3 × N` red, green, blue in [0, 1]; or no columns.
+  std::vector<attribute> attributes = {};  ///< Any number, with different names.
+  std::vector<std::string> comments = {};  ///< About the whole; always kept.
+
+  [[nodiscard]] index_t size() const { return points.cols(); }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  [[nodiscard]] index_t dimension() const { return points.rows(); }
+  [[nodiscard]] bool has_normals() const { return normals.cols() > 0; }
+  [[nodiscard]] bool has_colors() const { return colors.cols() > 0; }
+
+  /// The attribute of that name, or null.
+  [[nodiscard]] const attribute* find_attribute(std::string_view name) const {
+    for (const auto& a : attributes)
+      if (a.name == name) return &a;
+    return nullptr;
+  }
+  /// The values of an attribute of type T. Throws `invalid_input` if there is none of that name and
+  /// type.
+  template <class T>
+  [[nodiscard]] std::span<const T> attribute_as(std::string_view name) const {
+    const attribute* found = find_attribute(name);
+    expects(found != nullptr, "the cloud has no attribute \"" + std::string{name} + '"');
+    const auto* values = std::get_if<std::vector<T>>(&found->values);
+    expects(values != nullptr, "the attribute \"" + std::string{name} + "\" has another type");
+    return *values;
+  }
+  /// Adds an attribute, or replaces the one of that name. Throws `invalid_input` unless there is
+  /// one value per point.
+  void set_attribute(std::string_view name, attribute_values values) {
+    attribute next{std::string{name}, std::move(values)};
+    expects(next.size() == size(),
+            "set_attribute: \"" + next.name + "\" must have one value per point");
+    for (auto& a : attributes)
+      if (a.name == name) {
+        a = std::move(next);
+        return;
+      }
+    attributes.push_back(std::move(next));
+  }
+};
+
+/// A `point_cloud` of any scalar and dimension.
+export template <class T>
+concept PointCloud = requires(const std::remove_cvref_t<T>& c) {
+  []<class S, int D>(const point_cloud<S, D>&) {}(c);
+};
+
+template <Scalar S, int D>
+bool operator==(const point_cloud<S, D>& a, const point_cloud<S, D>& b) {
+  const auto same = [](const auto& m, const auto& n) {
+    return m.rows() == n.rows() && m.cols() == n.cols() && (m.array() == n.array()).all();
+  };
+  return same(a.points, b.points) && same(a.normals, b.normals) && same(a.colors, b.colors) &&
+         a.attributes == b.attributes && a.comments == b.comments;
+}
+
+void expect_consistent(index_t points, index_t normals, index_t colors,
+                       std::span<const attribute> attributes, const char* who);
+
+/// Throws `invalid_input`, naming the function `who`, if normals, colours or an attribute do not
+/// have one entry per point, or if two attributes have one name.
+template <Scalar S, int D>
+void expect_consistent(const point_cloud<S, D>& cloud, const char* who) {
+  expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), cloud.attributes, who);
+}
+
+template <Scalar S, int D>
+point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices);
+template <Scalar S, int D>
+std::vector<std::int32_t> finite_columns(points_view<S, D> all);
+std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, index_t size);
+
+template <Scalar S, int D>
+point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::int32_t> indices) {
+  constexpr int C = closed_dimension<D>;
+  point_cloud<S, D> selected;
+  selected.points = gather_columns<S, C>(as_points(cloud.points), indices);
+  if (cloud.has_normals())
+    selected.normals = gather_columns<S, C>(as_points(cloud.normals), indices);
+  if (cloud.has_colors())
+    selected.colors = gather_columns<float, 3>(as_points(cloud.colors), indices);
+  for (const auto& a : cloud.attributes) selected.attributes.push_back(select(a, indices));
+  selected.comments = cloud.comments;
+  return selected;
+}
+
+/// The points with the given indices, with all that belongs to them; in that order, and as often as
+/// an index is named. Throws `invalid_input` for an index that is out of range.
+export template <Scalar S, int D, std::ranges::input_range R>
+  requires std::integral<std::ranges::range_value_t<R>>
+[[nodiscard]] point_cloud<S, D> select(const point_cloud<S, D>& cloud, R&& indices) {
+  expect_consistent(cloud, "select");
+  std::vector<index_t> all;
+  for (const auto i : indices) all.push_back(static_cast<index_t>(i));
+  return gather(cloud, checked_indices(all, cloud.size()));
+}
+
+/// The points whose index satisfies `keep`, in their order, with all that belongs to them.
+export template <Scalar S, int D, std::predicate<index_t> F>
+[[nodiscard]] point_cloud<S, D> select(const point_cloud<S, D>& cloud, F&& keep) {
+  expect_consistent(cloud, "select");
+  std::vector<std::int32_t> kept;
+  for (index_t i = 0; i < cloud.size(); ++i)
+    if (keep(i)) kept.push_back(static_cast<std::int32_t>(i));
+  return gather(cloud, kept);
+}
+
+/// The cloud without the points that have a non-finite coordinate, in order, with all that belongs
+/// to the others. A cloud without such points is handed on as it is.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> remove_invalid(point_cloud<S, D> cloud) {
+  expect_consistent(cloud, "remove_invalid");
+  const auto kept = finite_columns<S, closed_dimension<D>>(as_points(cloud.points));
+  if (std::ssize(kept) == cloud.size()) return cloud;
+  return gather(cloud, kept);
+}
+
+/// The cloud moved by `transform`, rigid or affine: points, and normals by the inverse transpose.
+/// Colours and attributes stay as they are. Throws `invalid_input` for a transform of another
+/// dimension, and for one that cannot be inverted if there are normals.
+export template <Scalar S, int D, int E, int Mode, int O>
+[[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud,
+                                          const Eigen::Transform<S, E, Mode, O>& transform) {
+  expect_consistent(cloud, "transform");
+  if (cloud.has_normals()) transform_normals(transform, cloud.normals, cloud.normals);
+  transform_points(transform, cloud.points, cloud.points);
+  return cloud;
+}
+
+/// The points of `first`, then those of `second`. Both must know the same about their points:
+/// throws `invalid_input` naming normals, colours or the attribute that only one of them has. An
+/// empty cloud goes with every other. Comments of both are kept.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> append(point_cloud<S, D> first, const point_cloud<S, D>& second) {
+  expect_consistent(first, "append");
+  expect_consistent(second, "append");
+  const auto comments = [&] {
+    auto all = std::move(first.comments);
+    all.insert(all.end(), second.comments.begin(), second.comments.end());
+    return all;
+  };
+  if (first.empty() || second.empty()) {
+    auto all = comments();
+    if (first.empty()) first = second;
+    first.comments = std::move(all);
+    return first;
+  }
+  expects(first.dimension() == second.dimension(), "append: the clouds differ in dimension");
+  expects(first.has_normals() == second.has_normals(),
+          "append: only one of the clouds has normals");
+  expects(first.has_colors() == second.has_colors(), "append: only one of the clouds has colors");
+  for (const auto& a : second.attributes)
+    expects(first.find_attribute(a.name) != nullptr,
+            "append: only one of the clouds has the attribute \"" + a.name + '"');
+  std::vector<attribute> attributes;
+  for (const auto& a : first.attributes) {
+    const attribute* other = second.find_attribute(a.name);
+    expects(other != nullptr, "append: only one of the clouds has the attribute \"" + a.name + '"');
+    attributes.push_back(concatenate(a, *other));
+  }
+  const auto extend = [](auto& columns, const auto& more) {
+    const auto before = columns.cols();
+    columns.conservativeResize(more.rows(), before + more.cols());
+    columns.rightCols(more.cols()) = more;
+  };
+  extend(first.points, second.points);
+  if (first.has_normals()) extend(first.normals, second.normals);
+  if (first.has_colors()) extend(first.colors, second.colors);
+  first.attributes = std::move(attributes);
+  first.comments = comments();
+  return first;
+}
+
+/// The cloud with points and normals in another scalar. Colours and attributes keep their types.
+export template <Scalar T, Scalar S, int D>
+[[nodiscard]] point_cloud<T, D> cast(const point_cloud<S, D>& cloud) {
+  return {cloud.points.template cast<T>(), cloud.normals.template cast<T>(), cloud.colors,
+          cloud.attributes, cloud.comments};
+}
+
+/// The cloud with normals, and with the curvatures as its attribute "curvature"; both replace what
+/// was there. Everything else is kept. See `estimate_normals` on points.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud, neighborhood_spec spec,
+                                                 const normals_options& options = {}) {
+  expect_consistent(cloud, "estimate_normals");
+  auto found = estimate_normals(cloud.points, spec, options);
+  cloud.normals = std::move(found.normals);
+  cloud.set_attribute("curvature", std::vector<S>(found.curvature.data(),
+                                                  found.curvature.data() + found.curvature.size()));
+  return cloud;
+}
+
+/// One point per occupied cell, as `voxel_downsample` on points: the mean of the points, of the
+/// normals (turned to one side, at unit length) and of the colours of a cell; attributes as a mean
+/// if they are floating, as the lower median if they are integers.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> voxel_downsample(const point_cloud<S, D>& cloud,
+                                                 const voxel_size& size,
+                                                 const voxel_options& options = {}) {
+  expect_consistent(cloud, "voxel_downsample");
+  const voxel_grid<S, D> grid{as_points(cloud.points), size, options};
+  const execution how{.threads = options.threads};
+  point_cloud<S, D> reduced;
+  reduced.points = group_means(cloud.points, grid.groups(), how);
+  if (cloud.has_normals()) reduced.normals = group_directions(cloud.normals, grid.groups(), how);
+  if (cloud.has_colors()) reduced.colors = group_means(cloud.colors, grid.groups(), how);
+  for (const auto& a : cloud.attributes) reduced.attributes.push_back(reduce(a, grid.groups()));
+  reduced.comments = cloud.comments;
+  return reduced;
+}
+
+/// The cloud with each normal turned towards `viewpoint`. Throws `invalid_input` if it has none.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D> cloud,
+                                                    const coordinates& viewpoint) {
+  expect_consistent(cloud, "orient_to_viewpoint");
+  expects(cloud.has_normals() || cloud.empty(),
+          "orient_to_viewpoint: the cloud has no normals; estimate them first");
+  if (cloud.has_normals()) orient_to_viewpoint(cloud.normals, cloud.points, viewpoint);
+  return cloud;
+}
+
+}  // namespace cilantro

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// Each function on clouds once more, with the cloud left out, as a step of a pipeline.
+module;
+#include <concepts>
+#include <ranges>
+#include <utility>
+export module cilantro.cloud:steps;
+
+import cilantro.core;
+import cilantro.search;
+import cilantro.geometry;
+import :pipeline;
+import :point_cloud;
+
+namespace cilantro {
+
+export [[nodiscard]] inline auto remove_invalid() {
+  return step{[]<PointCloud C>(C&& cloud) { return remove_invalid(std::forward<C>(cloud)); }};
+}
+
+export [[nodiscard]] inline auto voxel_downsample(voxel_size size, voxel_options options = {}) {
+  return step{[size = std::move(size), options = std::move(options)]<PointCloud C>(C&& cloud) {
+    return voxel_downsample(cloud, size, options);
+  }};
+}
+
+export [[nodiscard]] inline auto estimate_normals(neighborhood_spec spec,
+                                                  normals_options options = {}) {
+  return step{[spec, options = std::move(options)]<PointCloud C>(C&& cloud) {
+    return estimate_normals(std::forward<C>(cloud), spec, options);
+  }};
+}
+
+export [[nodiscard]] inline auto orient_to_viewpoint(coordinates viewpoint) {
+  return step{[viewpoint = std::move(viewpoint)]<PointCloud C>(C&& cloud) {
+    return orient_to_viewpoint(std::forward<C>(cloud), viewpoint);
+  }};
+}
+
+export template <Scalar S, int D, int Mode, int O>
+[[nodiscard]] auto transform(const Eigen::Transform<S, D, Mode, O>& by) {
+  return step{[by]<PointCloud C>(C&& cloud) { return transform(std::forward<C>(cloud), by); }};
+}
+
+/// Keeps the points with the given indices, or those whose index satisfies a predicate.
+export template <class Which>
+  requires std::predicate<const Which&, index_t> || std::ranges::input_range<const Which&>
+[[nodiscard]] auto select(Which which) {
+  return step{[which = std::move(which)]<PointCloud C>(C&& cloud) { return select(cloud, which); }};
+}
+
+/// Appends `second` to the cloud.
+export template <Scalar S, int D>
+[[nodiscard]] auto append(point_cloud<S, D> second) {
+  return step{[second = std::move(second)]<PointCloud C>(C&& cloud) {
+    return append(std::forward<C>(cloud), second);
+  }};
+}
+
+export template <Scalar T>
+[[nodiscard]] auto cast() {
+  return step{[]<PointCloud C>(C&& cloud) { return cast<T>(cloud); }};
+}
+
+}  // namespace cilantro

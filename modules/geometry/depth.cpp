@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 module cilantro.geometry;
 
@@ -50,24 +52,39 @@ point_matrix<S, 3> unproject(const image<std::uint16_t>& depth, const pinhole_ca
 }
 
 template <Scalar S>
-image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera) {
+image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera,
+                                   const projection_options& options) {
   expect_valid(camera, "project");
+  expects(options.point_size >= 0 && std::isfinite(options.point_size),
+          "project: the point size must not be negative");
   image<std::int32_t> seen(camera.width, camera.height, -1);
   image<S> nearest(camera.width, camera.height, std::numeric_limits<S>::infinity());
   const auto to_camera = camera.to_world.inverse();
   const Eigen::Matrix<S, 3, 3> rotation = to_camera.linear();
   const point_vector<S, 3> origin = to_camera.translation();
+
+  // The pixels from `low` to `high` that are in the image. A comparison with NaN leaves none.
+  const auto covered = [](S low, S high, int size) {
+    if (!(high >= 0 && low < S(size))) return std::pair{0, -1};
+    return std::pair{static_cast<int>(std::max(low, S(0))),
+                     static_cast<int>(std::min(high, S(size - 1)))};
+  };
   for (index_t i = 0; i < points.size(); ++i) {
     const point_vector<S, 3> p = rotation * points[i] + origin;
     if (!(p.z() > 0)) continue;
-    const S u = std::floor(camera.fx * p.x() / p.z() + camera.cx + S(0.5));
-    const S v = std::floor(camera.fy * p.y() / p.z() + camera.cy + S(0.5));
-    if (!(u >= 0 && u < S(camera.width) && v >= 0 && v < S(camera.height))) continue;
-    const int x = static_cast<int>(u), y = static_cast<int>(v);
-    if (p.z() < nearest(x, y)) {
-      nearest(x, y) = p.z();
-      seen(x, y) = static_cast<std::int32_t>(i);
-    }
+    const S half = static_cast<S>(options.point_size) / (2 * p.z());
+    const S u = camera.fx * p.x() / p.z() + camera.cx + S(0.5);
+    const S v = camera.fy * p.y() / p.z() + camera.cy + S(0.5);
+    const auto [left, right] = covered(std::floor(u - camera.fx * half),
+                                       std::floor(u + camera.fx * half), camera.width);
+    const auto [top, bottom] = covered(std::floor(v - camera.fy * half),
+                                       std::floor(v + camera.fy * half), camera.height);
+    for (int y = top; y <= bottom; ++y)
+      for (int x = left; x <= right; ++x)
+        if (p.z() < nearest(x, y)) {
+          nearest(x, y) = p.z();
+          seen(x, y) = static_cast<std::int32_t>(i);
+        }
   }
   return seen;
 }
@@ -76,7 +93,9 @@ template point_matrix<float, 3> unproject(const image<std::uint16_t>&, const pin
                                           const depth_options&);
 template point_matrix<double, 3> unproject(const image<std::uint16_t>&,
                                            const pinhole_camera<double>&, const depth_options&);
-template image<std::int32_t> closed_project(points_view<float, 3>, const pinhole_camera<float>&);
-template image<std::int32_t> closed_project(points_view<double, 3>, const pinhole_camera<double>&);
+template image<std::int32_t> closed_project(points_view<float, 3>, const pinhole_camera<float>&,
+                                            const projection_options&);
+template image<std::int32_t> closed_project(points_view<double, 3>, const pinhole_camera<double>&,
+                                            const projection_options&);
 
 }  // namespace cilantro

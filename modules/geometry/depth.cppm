@@ -35,18 +35,26 @@ export template <Scalar S>
                                            const pinhole_camera<S>& camera,
                                            const depth_options& options = {});
 
-template <Scalar S>
-image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera);
+export struct projection_options {
+  /// The edge of the square, facing the camera, that a point covers, in metres. At 0 it covers the one
+  /// pixel that it falls into; the size of the voxels leaves no gaps in a downsampled cloud.
+  double point_size = 0;
+};
 
-/// Which point is seen in each pixel: the index of the nearest one that falls into it, −1 where
-/// there is none. Points behind the camera, outside the image, or not finite are not seen; of two
-/// at the same depth it is the first. Throws `invalid_input` for focal lengths that are not
-/// positive.
+template <Scalar S>
+image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera,
+                                   const projection_options& options);
+
+/// Which point is seen in each pixel: the index of the nearest one that covers it, −1 where there is
+/// none. Points behind the camera, outside the image, or not finite are not seen; of two at the same
+/// depth it is the first. Throws `invalid_input` for focal lengths that are not positive, or a
+/// negative point size.
 export template <PointsSource P>
   requires(dimension_of<P> == 3)
 [[nodiscard]] image<std::int32_t> project(const P& points,
-                                          const pinhole_camera<scalar_of<P>>& camera) {
-  return closed_project<scalar_of<P>>(points_in(points), camera);
+                                          const pinhole_camera<scalar_of<P>>& camera,
+                                          const projection_options& options = {}) {
+  return closed_project<scalar_of<P>>(points_in(points), camera, options);
 }
 
 }  // namespace cilantro

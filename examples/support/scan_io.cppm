@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+//
+// Where the quickstart's scan comes from, and how its result becomes a picture.
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+export module scan_io;
+
+import cilantro;
+import simulated_room;
+
+/// A cloud, and the camera that it is looked at with.
+export struct scan {
+  cilantro::point_cloud<float, 3> cloud;
+  cilantro::pinhole_camera<float> camera;
+};
+
+/// The length of the diagonal of the box around the finite points; 1 if there is no such box.
+export double diagonal(const cilantro::point_cloud<float, 3>& cloud) {
+  Eigen::AlignedBox3f box;
+  for (const auto& p : cilantro::as_points(cloud.points))
+    if (cilantro::is_finite(p)) box.extend(p.eval());
+  const double length = box.isEmpty() ? 0 : double(box.sizes().norm());
+  return length > 0 ? length : 1;
+}
+
+/// One frame of the simulated depth camera, with the noise of a real one.
+export scan simulated_scan() {
+  const auto frame = simulate(0, {.noise = 0.002, .longest_range = 5});
+  const auto& c = frame.camera;
+  scan result{.camera = {c.width, c.height, float(c.fx), float(c.fy), float(c.cx), float(c.cy),
+                         c.to_world.cast<float>()}};
+  result.cloud.points = cilantro::unproject(frame.depth, result.camera);
+  return result;
+}
+
+/// A PLY file, looked at from the front; or a depth image in millimetres, taken to be of a camera with
+/// the focal length of a Kinect.
+export scan open_scan(const std::filesystem::path& path) {
+  scan result;
+  if (path.extension() == ".png") {
+    const auto depth = cilantro::read_depth_png(path);
+    const float focal = 585.0f * float(depth.width()) / 640;
+    result.camera = {depth.width(), depth.height(), focal, focal, float(depth.width()) / 2,
+                     float(depth.height()) / 2};
+    result.cloud.points = cilantro::unproject(depth, result.camera);
+    return result;
+  }
+  result.cloud = cilantro::read_ply<float>(path);
+  Eigen::AlignedBox3f box;
+  for (const auto& p : cilantro::as_points(result.cloud.points))
+    if (cilantro::is_finite(p)) box.extend(p.eval());
+  result.camera = {640, 480, 700, 700, 320, 240};
+  if (!box.isEmpty()) {
+    // y up and looking down z, as most models lie.
+    result.camera.to_world.linear() = Eigen::Vector3f{1, -1, -1}.asDiagonal();
+    result.camera.to_world.translation() =
+        box.center() + Eigen::Vector3f{0, 0, 1.4f * std::max(box.sizes().norm(), 1e-6f)};
+  }
+  return result;
+}
+
+/// The cloud as `camera` sees it, each point a square of edge `size`, as bright as its normal faces the
+/// camera and tinted by where it points.
+export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 3>& cloud,
+                                             const cilantro::pinhole_camera<float>& camera,
+                                             double size) {
+  const auto seen = cilantro::project(cloud.points, camera, {.point_size = size});
+  cilantro::image<cilantro::rgb> picture(camera.width, camera.height, {24, 26, 32});
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < camera.width; ++x) {
+      const std::int32_t i = seen(x, y);
+      if (i < 0) continue;
+      const Eigen::Vector3f normal = cloud.normals.col(i);
+      const Eigen::Vector3f to_eye =
+          (camera.to_world.translation() - cloud.points.col(i)).normalized();
+      const float light = 0.25f + 0.75f * std::max(0.0f, normal.dot(to_eye));
+      for (int c = 0; c < 3; ++c)
+        picture(x, y)[static_cast<std::size_t>(c)] =
+            static_cast<std::uint8_t>(255 * light * (0.7f + 0.3f * normal[c]) + 0.5f);
+    }
+  return picture;
+}

@@ -29,7 +29,7 @@ export double diagonal(const cilantro::point_cloud<float, 3>& cloud) {
 
 /// One frame of the simulated depth camera, with the noise of a real one.
 export scan simulated_scan() {
-  const auto frame = simulate(0, {.noise = 0.002, .longest_range = 5});
+  const auto frame = simulate(0, {.noise = 0.0005, .longest_range = 4.5});
   const auto& c = frame.camera;
   scan result{.camera = {c.width, c.height, float(c.fx), float(c.fy), float(c.cx), float(c.cy),
                          c.to_world.cast<float>()}};

@@ -5,6 +5,7 @@ export module cilantro.core;
 
 export import cilantro.eigen;
 export import :error;
+export import :indexed_iterator;
 export import :points;
 export import :coordinates;
 export import :image;

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <array>
-#include <compare>
 #include <concepts>
 #include <cstddef>
-#include <iterator>
 #include <ranges>
 #include <type_traits>
 export module cilantro.core:points;
 
 import cilantro.eigen;
 import :error;
+import :indexed_iterator;
 
 namespace cilantro {
 
@@ -46,7 +45,7 @@ class points_view {
   using point_type = Eigen::Map<const point_vector<S, D>>;
   using stride_type = std::conditional_t<D == 1, Eigen::InnerStride<>, Eigen::OuterStride<>>;
   using matrix_type = Eigen::Map<const point_matrix<S, D>, Eigen::Unaligned, stride_type>;
-  class iterator;
+  using iterator = indexed_iterator<points_view>;
   static constexpr int static_dimension = D;
 
   constexpr points_view() = default;
@@ -110,50 +109,6 @@ class points_view {
   index_t size_ = 0;
   index_t dimension_ = D == dynamic ? 0 : D;
   index_t stride_ = D == dynamic ? 0 : D;
-};
-
-template <Scalar S, int D>
-class points_view<S, D>::iterator {
- public:
-  using value_type = points_view::point_type;
-  using reference = value_type;
-  using difference_type = index_t;
-  using iterator_category = std::input_iterator_tag;
-  using iterator_concept = std::random_access_iterator_tag;
-
-  iterator() = default;
-  iterator(points_view view, index_t i) : view_{view}, i_{i} {}
-
-  reference operator*() const { return view_[i_]; }
-  reference operator[](index_t n) const { return view_[i_ + n]; }
-
-  iterator& operator++() { return *this += 1; }
-  iterator& operator--() { return *this -= 1; }
-  iterator operator++(int) {
-    iterator before = *this;
-    ++*this;
-    return before;
-  }
-  iterator operator--(int) {
-    iterator before = *this;
-    --*this;
-    return before;
-  }
-  iterator& operator+=(index_t n) {
-    i_ += n;
-    return *this;
-  }
-  iterator& operator-=(index_t n) { return *this += -n; }
-  friend iterator operator+(iterator a, index_t n) { return a += n; }
-  friend iterator operator+(index_t n, iterator a) { return a += n; }
-  friend iterator operator-(iterator a, index_t n) { return a -= n; }
-  friend index_t operator-(const iterator& a, const iterator& b) { return a.i_ - b.i_; }
-  friend bool operator==(const iterator& a, const iterator& b) { return a.i_ == b.i_; }
-  friend auto operator<=>(const iterator& a, const iterator& b) { return a.i_ <=> b.i_; }
-
- private:
-  points_view view_;
-  index_t i_ = 0;
 };
 
 /// How a type is seen as points. Specialise it for your own point set; one function is asked for:

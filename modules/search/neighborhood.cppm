@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
-#include <compare>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -95,15 +94,18 @@ using buffer = std::vector<T, uninitialized_allocator<T>>;
 export template <Scalar S>
 class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
  public:
-  class iterator;
-
   neighborhood() = default;
   neighborhood(std::span<const std::int32_t> indices, std::span<const S> distances)
       : indices_{indices}, distances_{distances} {}
 
-  [[nodiscard]] iterator begin() const { return {indices_.data(), distances_.data()}; }
-  [[nodiscard]] iterator end() const { return begin() + std::ssize(indices_); }
   [[nodiscard]] std::size_t size() const { return indices_.size(); }
+  /// Precondition: 0 <= i < size().
+  [[nodiscard]] neighbor<S> operator[](index_t i) const {
+    const auto at = static_cast<std::size_t>(i);
+    return {indices_[at], distances_[at]};
+  }
+  [[nodiscard]] indexed_iterator<neighborhood> begin() const { return {*this, 0}; }
+  [[nodiscard]] indexed_iterator<neighborhood> end() const { return {*this, std::ssize(indices_)}; }
 
   [[nodiscard]] std::span<const std::int32_t> indices() const { return indices_; }
   [[nodiscard]] std::span<const S> distances() const { return distances_; }
@@ -111,43 +113,6 @@ class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
  private:
   std::span<const std::int32_t> indices_;
   std::span<const S> distances_;
-};
-
-/// Reads an index and a distance as one `neighbor`.
-template <Scalar S>
-class neighborhood<S>::iterator {
- public:
-  using value_type = neighbor<S>;
-  using reference = value_type;
-  using difference_type = index_t;
-  using iterator_category = std::input_iterator_tag;
-  using iterator_concept = std::random_access_iterator_tag;
-
-  iterator() = default;
-  iterator(const std::int32_t* index, const S* distance) : index_{index}, distance_{distance} {}
-
-  reference operator*() const { return {*index_, *distance_}; }
-  reference operator[](index_t n) const { return *(*this + n); }
-  iterator& operator+=(index_t n) {
-    index_ += n;
-    distance_ += n;
-    return *this;
-  }
-  iterator& operator-=(index_t n) { return *this += -n; }
-  iterator& operator++() { return *this += 1; }
-  iterator& operator--() { return *this -= 1; }
-  iterator operator++(int) { return std::exchange(*this, *this + 1); }
-  iterator operator--(int) { return std::exchange(*this, *this - 1); }
-  friend iterator operator+(iterator a, index_t n) { return a += n; }
-  friend iterator operator+(index_t n, iterator a) { return a += n; }
-  friend iterator operator-(iterator a, index_t n) { return a -= n; }
-  friend index_t operator-(const iterator& a, const iterator& b) { return a.index_ - b.index_; }
-  friend bool operator==(const iterator& a, const iterator& b) { return a.index_ == b.index_; }
-  friend auto operator<=>(const iterator& a, const iterator& b) { return a.index_ <=> b.index_; }
-
- private:
-  const std::int32_t* index_ = nullptr;
-  const S* distance_ = nullptr;
 };
 
 /// The neighbourhoods of many queries in three arrays, without a heap block per query; a
@@ -180,8 +145,8 @@ class neighborhoods {
     return {std::span{indices_}.subspan(begin, end - begin),
             std::span{distances_}.subspan(begin, end - begin)};
   }
-  [[nodiscard]] auto begin() const { return all().begin(); }
-  [[nodiscard]] auto end() const { return all().end(); }
+  [[nodiscard]] auto begin() const { return indexed_iterator{row{this}, 0}; }
+  [[nodiscard]] auto end() const { return indexed_iterator{row{this}, size()}; }
 
   /// How many neighbours all queries have together.
   [[nodiscard]] index_t total() const { return offsets_.back(); }
@@ -190,12 +155,9 @@ class neighborhoods {
   [[nodiscard]] std::span<const S> distances() const { return distances_; }
 
  private:
-  [[nodiscard]] auto all() const {
-    return std::views::iota(index_t{0}, size()) | std::views::transform(at{this});
-  }
-  struct at {
-    const neighborhoods* self;
-    neighborhood<S> operator()(index_t q) const { return (*self)[q]; }
+  struct row {
+    const neighborhoods* all = nullptr;
+    neighborhood<S> operator[](index_t q) const { return (*all)[q]; }
   };
 
   std::vector<index_t> offsets_;

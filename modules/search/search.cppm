@@ -9,3 +9,4 @@ export import :neighborhood;
 export import :concepts;
 export import :brute_force;
 export import :kd_tree;
+export import :contract;

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <compare>
+#include <cstddef>
+#include <iterator>
+#include <utility>
+export module cilantro.core:indexed_iterator;
+
+namespace cilantro {
+
+/// A random-access iterator over `source[0]`, `source[1]`, … It keeps its source by value, so
+/// sources are views or pointers: cheap to copy, and no iterator depends on where its range lives.
+export template <class Source>
+class indexed_iterator {
+ public:
+  using reference = decltype(std::declval<const Source&>()[std::ptrdiff_t{0}]);
+  using value_type = reference;
+  using difference_type = std::ptrdiff_t;
+  // What is dereferenced is made on the spot, which the iterators of old do not allow.
+  using iterator_category = std::input_iterator_tag;
+  using iterator_concept = std::random_access_iterator_tag;
+
+  indexed_iterator() = default;
+  indexed_iterator(Source source, difference_type i) : source_{std::move(source)}, i_{i} {}
+
+  reference operator*() const { return source_[i_]; }
+  reference operator[](difference_type n) const { return source_[i_ + n]; }
+
+  indexed_iterator& operator+=(difference_type n) {
+    i_ += n;
+    return *this;
+  }
+  indexed_iterator& operator-=(difference_type n) { return *this += -n; }
+  indexed_iterator& operator++() { return *this += 1; }
+  indexed_iterator& operator--() { return *this -= 1; }
+  indexed_iterator operator++(int) { return std::exchange(*this, *this + 1); }
+  indexed_iterator operator--(int) { return std::exchange(*this, *this - 1); }
+  friend indexed_iterator operator+(indexed_iterator a, difference_type n) { return a += n; }
+  friend indexed_iterator operator+(difference_type n, indexed_iterator a) { return a += n; }
+  friend indexed_iterator operator-(indexed_iterator a, difference_type n) { return a -= n; }
+  friend difference_type operator-(const indexed_iterator& a, const indexed_iterator& b) {
+    return a.i_ - b.i_;
+  }
+  friend bool operator==(const indexed_iterator& a, const indexed_iterator& b) {
+    return a.i_ == b.i_;
+  }
+  friend auto operator<=>(const indexed_iterator& a, const indexed_iterator& b) {
+    return a.i_ <=> b.i_;
+  }
+
+ private:
+  Source source_ = {};
+  difference_type i_ = 0;
+};
+
+}  // namespace cilantro

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+export module cilantro.search:contract;
+
+import cilantro.core;
+import :brute_force;
+import :concepts;
+import :metric;
+import :neighborhood;
+
+namespace cilantro {
+
+export struct contract_options {
+  index_t queries = 100;
+  std::uint64_t seed = 0;
+};
+
+/// Compares one searcher with the truth, a query and a specification at a time, and collects what
+/// differs. Distances may differ by rounding, since nobody has to sum them in our order.
+template <NeighborSearcher T, Metric M>
+class searcher_contract {
+ public:
+  using scalar = typename T::scalar;
+  using view_type = points_view<scalar, T::static_dimension>;
+  using query_type = point_vector<scalar, T::static_dimension>;
+
+  searcher_contract(const T& searcher, view_type points)
+      : searcher_{searcher}, points_{points}, truth_{points} {}
+
+  void check(const query_type& query, neighborhood_spec spec, const std::string& what) {
+    // What an earlier search has left in `found` must not be seen again.
+    std::vector<neighbor<scalar>> found(3, {-1, -1}), again, expected;
+    searcher_.find(query, spec, found);
+    searcher_.find(query, spec, again);
+    truth_.find(query, spec, expected);
+    const auto expect = [&](bool condition, const char* rule) {
+      if (!condition) violations_.push_back(what + ": " + rule);
+      return condition;
+    };
+
+    expect(found == again, "two searches for the same give different results");
+    if (!expect(std::ranges::all_of(found,
+                                    [&](const auto& n) {
+                                      return 0 <= n.index && n.index < points_.size();
+                                    }),
+                "an index is out of range"))
+      return;
+    expect(std::ranges::all_of(found,
+                               [&](const auto& n) {
+                                 return is_close(n.distance, M::distance(sum_to(query, n.index)));
+                               }),
+           "a distance is not that of its point");
+    expect(std::ranges::adjacent_find(found,
+                                      [&](const auto& a, const auto& b) {
+                                        return b.distance < a.distance ||
+                                               (sum_to(query, a.index) == sum_to(query, b.index) &&
+                                                b.index <= a.index);
+                                      }) == found.end(),
+           "neighbors are not in ascending order of distance, then index, or one comes twice");
+    const auto common = std::min(found.size(), expected.size());
+    bool nearest = true;
+    for (std::size_t i = 0; i < common; ++i)
+      nearest = nearest && is_close(found[i].distance, expected[i].distance);
+    expect(nearest, "these are not the nearest points");
+    // Points beyond the common ones may differ only where rounding decides whether they are in.
+    const auto& longer = found.size() > expected.size() ? found : expected;
+    expect(std::all_of(longer.begin() + std::ptrdiff_t(common), longer.end(),
+                       [&](const auto& n) {
+                         return n.distance > 0 &&
+                                is_close(n.distance, static_cast<scalar>(spec.max_distance()));
+                       }),
+           found.size() > expected.size() ? "there are too many neighbors"
+                                          : "there are too few neighbors");
+  }
+
+  [[nodiscard]] std::vector<std::string>& violations() { return violations_; }
+  [[nodiscard]] const brute_force_searcher<scalar, T::static_dimension, M>& truth() const {
+    return truth_;
+  }
+
+ private:
+  static bool is_close(scalar a, scalar b) {
+    return std::abs(a - b) <= 64 * std::numeric_limits<scalar>::epsilon() * std::max(a, b);
+  }
+  [[nodiscard]] scalar sum_to(const query_type& query, index_t i) const {
+    return metric_sum<M>(query.data(), points_.data() + i * points_.stride(), points_.dimension());
+  }
+
+  const T& searcher_;
+  view_type points_;
+  brute_force_searcher<scalar, T::static_dimension, M> truth_;
+  std::vector<std::string> violations_;
+};
+
+/// Tests a searcher of yours, built from `points`, against what `NeighborSearcher` says it does:
+/// counts, order, radii, repeated searches, queries that are not finite, k of 0 and beyond N.
+/// Returns a sentence for each violation; none means that it may be used wherever a `kd_tree` may.
+/// Give points with duplicates and non-finite ones to test those too. O(queries · N).
+export template <Metric M = euclidean, NeighborSearcher T, PointsSource P>
+[[nodiscard]] std::vector<std::string> check_neighbor_searcher(
+    const T& searcher, const P& points, const contract_options& options = {}) {
+  using S = typename T::scalar;
+  using contract = searcher_contract<T, M>;
+  const typename contract::view_type view = points_in(points);
+  contract test{searcher, view};
+  auto& violations = test.violations();
+  if (index_t(searcher.size()) != view.size())
+    violations.emplace_back("size() is not the number of points");
+  if (!view.empty() && index_t(searcher.dimension()) != view.dimension())
+    violations.emplace_back("dimension() is not the dimension of the points");
+  if (!violations.empty()) return std::move(violations);
+
+  std::vector<neighbor<S>> around;
+  for (index_t q = 0; q < options.queries && !view.empty(); ++q) {
+    random_stream random{options.seed, static_cast<std::uint64_t>(q)};
+    const auto name = "query " + std::to_string(q);
+    // Half of the queries are points themselves, half lie between two of them.
+    typename contract::query_type query = view[random.below(view.size())];
+    if (q % 2 == 1) query = (query + view[random.below(view.size())]) / S(2);
+    const index_t k = 1 + random.below(std::min<index_t>(view.size(), 20));
+    test.truth().find(query, knn{k}, around);
+    const double distance = around.empty() ? 1 : double(around.back().distance);
+
+    test.check(query, knn{0}, name + ", knn{0}");
+    test.check(query, knn{k}, name + ", knn{" + std::to_string(k) + "}");
+    test.check(query, knn{view.size() + 3}, name + ", knn{N + 3}");
+    test.check(query, radius{0}, name + ", radius{0}");
+    test.check(query, radius{distance}, name + ", radius{" + std::to_string(distance) + "}");
+    test.check(query, knn_in_radius{(k + 1) / 2, distance}, name + ", knn_in_radius");
+    if (view.dimension() > 0) {
+      query[random.below(view.dimension())] = std::numeric_limits<S>::quiet_NaN();
+      test.check(query, knn{k}, name + " with NaN, knn{" + std::to_string(k) + "}");
+    }
+  }
+  return std::move(violations);
+}
+
+}  // namespace cilantro

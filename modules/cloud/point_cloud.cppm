@@ -78,7 +78,8 @@ concept PointCloud = requires(const std::remove_cvref_t<T>& c) {
   []<class S, int D>(const point_cloud<S, D>&) {}(c);
 };
 
-template <Scalar S, int D>
+/// Whether everything is the same; a cloud with NaN differs from itself.
+export template <Scalar S, int D>
 bool operator==(const point_cloud<S, D>& a, const point_cloud<S, D>& b) {
   const auto same = [](const auto& m, const auto& n) {
     return m.rows() == n.rows() && m.cols() == n.cols() && (m.array() == n.array()).all();

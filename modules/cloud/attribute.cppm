@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cstdint>
-#include <span>
-#include <string>
-#include <variant>
-#include <vector>
 export module cilantro.cloud:attribute;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.geometry;
 

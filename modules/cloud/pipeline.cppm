@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <functional>
-#include <utility>
 export module cilantro.cloud:pipeline;
 
+import cilantro.standard;
 import :point_cloud;
 
 namespace cilantro {

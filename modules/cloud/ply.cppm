@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <cstddef>
-#include <filesystem>
-#include <span>
-#include <utility>
 export module cilantro.cloud:ply;
 
+import cilantro.standard;
 import cilantro.core;
 import :pipeline;
 import :point_cloud;

@@ -156,7 +156,7 @@ class header_reader {
     // Looked at before lines are: a file of another kind may have none.
     if (in_.size() < 4 || std::string_view{in_.take(3), 3} != "ply")
       in_.fail_at_byte("this is not a PLY file: it does not begin with \"ply\"");
-    if (line() != "") in_.fail_at_line("this is not a PLY file: its first line must be \"ply\"");
+    if (!word_reader{line()}.done()) in_.fail_at_line("this is not a PLY file: its first line must be \"ply\"");
     for (;;) {
       word_reader words{line()};
       const auto keyword = words.next();

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cstdint>
-#include <filesystem>
 export module cilantro.cloud:png;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -1,18 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <cstdint>
-#include <optional>
-#include <ranges>
-#include <span>
-#include <string>
-#include <string_view>
-#include <type_traits>
-#include <utility>
-#include <variant>
-#include <vector>
 export module cilantro.cloud:point_cloud;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;

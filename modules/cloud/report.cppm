@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <chrono>
-#include <iosfwd>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 export module cilantro.cloud:report;
 
+import cilantro.standard;
 import cilantro.core;
 import :pipeline;
 import :point_cloud;

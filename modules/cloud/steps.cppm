@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Each function on clouds once more, with the cloud left out, as a step of a pipeline.
-module;
-#include <concepts>
-#include <ranges>
-#include <utility>
 export module cilantro.cloud:steps;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <initializer_list>
-#include <vector>
 export module cilantro.core:coordinates;
 
+import cilantro.standard;
 import cilantro.eigen;
 import :error;
 import :points;

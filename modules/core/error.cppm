@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
 export module cilantro.core:error;
+
+import cilantro.standard;
 
 namespace cilantro {
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <functional>
-#include <stop_token>
 export module cilantro.core:execution;
+
+import cilantro.standard;
 
 namespace cilantro {
 

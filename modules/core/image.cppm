@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
 export module cilantro.core:image;
 
+import cilantro.standard;
 import :error;
 import :points;
 

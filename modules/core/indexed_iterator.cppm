@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <compare>
-#include <cstddef>
-#include <iterator>
-#include <utility>
 export module cilantro.core:indexed_iterator;
+
+import cilantro.standard;
 
 namespace cilantro {
 

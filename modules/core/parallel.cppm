@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <memory>
-#include <vector>
-
 #include "core/parallel_backend.hpp"
 export module cilantro.core:parallel;
 
+import cilantro.standard;
 import :error;
 import :execution;
 import :points;

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <ranges>
-#include <type_traits>
 export module cilantro.core:points;
 
+import cilantro.standard;
 import cilantro.eigen;
 import :error;
 import :indexed_iterator;

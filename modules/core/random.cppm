@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <ranges>
-#include <utility>
-#include <vector>
 export module cilantro.core:random;
 
+import cilantro.standard;
 import :error;
 import :points;
 

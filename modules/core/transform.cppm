@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <cstddef>
 export module cilantro.core:transform;
 
+import cilantro.standard;
 import cilantro.eigen;
 import :error;
 import :points;

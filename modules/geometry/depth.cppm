@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <cstdint>
 export module cilantro.geometry:depth;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <cstdint>
-#include <optional>
-#include <ranges>
-#include <span>
-#include <utility>
-#include <vector>
 export module cilantro.geometry:moments;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 

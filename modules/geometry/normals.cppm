@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <concepts>
-#include <optional>
 export module cilantro.geometry:normals;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 

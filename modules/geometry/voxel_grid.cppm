@@ -1,18 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <compare>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <ranges>
-#include <span>
-#include <utility>
-#include <vector>
 export module cilantro.geometry:voxel_grid;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 

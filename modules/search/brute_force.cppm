@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <utility>
-#include <vector>
 export module cilantro.search:brute_force;
 
+import cilantro.standard;
 import cilantro.core;
 import :concepts;
 import :metric;

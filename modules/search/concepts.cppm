@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <vector>
 export module cilantro.search:concepts;
 
+import cilantro.standard;
 import cilantro.core;
 import :neighborhood;
 

@@ -1,15 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <vector>
 export module cilantro.search:contract;
 
+import cilantro.standard;
 import cilantro.core;
 import :brute_force;
 import :concepts;

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <memory>
-#include <optional>
-#include <utility>
-#include <vector>
 export module cilantro.search:kd_tree;
 
+import cilantro.standard;
 import cilantro.core;
 import :concepts;
 import :metric;

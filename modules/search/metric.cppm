@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <concepts>
-#include <limits>
 export module cilantro.search:metric;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -1,18 +1,7 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <memory>
-#include <ranges>
-#include <span>
-#include <utility>
-#include <vector>
 export module cilantro.search:neighborhood;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

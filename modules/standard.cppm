@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+//
+// The part of the standard library that the interfaces use, as a module: its headers are read here
+// and nowhere else, so that an interface costs a twentieth of a second instead of two. Internal: not
+// exported to users, who include the standard headers as they like. Why not `import std`:
+// docs/decisions/0004-standard-library-wrapped-once.md
+module;
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <compare>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <iosfwd>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <new>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+export module cilantro.standard;
+
+export namespace std {
+
+using std::allocator;
+using std::array;
+using std::basic_string;
+using std::byte;
+using std::function;
+using std::initializer_list;
+using std::invalid_argument;
+using std::numeric_limits;
+using std::optional;
+using std::ostream;
+using std::pair;
+using std::runtime_error;
+using std::shared_ptr;
+using std::span;
+using std::stop_token;
+using std::string;
+using std::string_view;
+using std::unique_ptr;
+using std::variant;
+using std::vector;
+
+using std::int16_t;
+using std::int32_t;
+using std::int64_t;
+using std::int8_t;
+using std::ptrdiff_t;
+using std::size_t;
+using std::uint16_t;
+using std::uint32_t;
+using std::uint64_t;
+using std::uint8_t;
+
+using std::conditional_t;
+using std::invoke_result_t;
+using std::is_lvalue_reference_v;
+using std::remove_cvref_t;
+using std::remove_reference_t;
+
+using std::convertible_to;
+using std::derived_from;
+using std::integral;
+using std::invocable;
+using std::permutable;
+using std::predicate;
+using std::same_as;
+using std::uniform_random_bit_generator;
+
+using std::input_iterator_tag;
+using std::random_access_iterator_tag;
+
+using std::abs;
+using std::all_of;
+using std::cmp_greater_equal;
+using std::cmp_less;
+using std::construct_at;
+using std::declval;
+using std::exchange;
+using std::floor;
+using std::forward;
+using std::get;
+using std::get_if;
+using std::in_range;
+using std::invoke;
+using std::lexicographical_compare;
+using std::make_shared;
+using std::make_unique;
+using std::max;
+using std::min;
+using std::move;
+using std::nullopt;
+using std::sqrt;
+using std::ssize;
+using std::to_string;
+
+using std::operator==;
+using std::operator<=>;
+using std::operator+;
+using std::operator-;
+using std::operator<<;
+
+using std::strong_ordering;
+using std::partial_ordering;
+
+namespace chrono {
+using std::chrono::duration;
+using std::chrono::steady_clock;
+}  // namespace chrono
+
+namespace filesystem {
+using std::filesystem::path;
+}  // namespace filesystem
+
+namespace ranges {
+using std::ranges::adjacent_find;
+using std::ranges::all_of;
+using std::ranges::begin;
+using std::ranges::borrowed_range;
+using std::ranges::contiguous_range;
+using std::ranges::copy;
+using std::ranges::data;
+using std::ranges::distance;
+using std::ranges::enable_borrowed_range;
+using std::ranges::enable_view;
+using std::ranges::end;
+using std::ranges::input_range;
+using std::ranges::is_sorted;
+using std::ranges::iter_swap;
+using std::ranges::iterator_t;
+using std::ranges::lower_bound;
+using std::ranges::partial_sort;
+using std::ranges::random_access_range;
+using std::ranges::range_value_t;
+using std::ranges::size;
+using std::ranges::sized_range;
+using std::ranges::view_interface;
+namespace views {
+using std::ranges::views::iota;
+using std::ranges::views::transform;
+}  // namespace views
+}  // namespace ranges
+namespace views = ranges::views;
+
+}  // namespace std
+
+#ifdef __GLIBCXX__
+// Where libstdc++ keeps the operators of its iterators.
+export namespace __gnu_cxx {
+using __gnu_cxx::operator==;
+using __gnu_cxx::operator<=>;
+using __gnu_cxx::operator+;
+using __gnu_cxx::operator-;
+}  // namespace __gnu_cxx
+#endif

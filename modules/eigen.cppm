@@ -14,11 +14,15 @@ module;
 #include <Eigen/SVD>
 export module cilantro.eigen;
 
-// The layout of every fixed-size Eigen type, and the way every Eigen matrix is freed, depend on this
-// number, and the number on -march. The library's target sets it for itself and for its users.
+// How fixed-size Eigen types are laid out depends on the first number, and how the memory of dynamic
+// ones is freed on the second; both follow from -march. CMake's target carries those that the library
+// was compiled with. Why a mismatch is refused: docs/decisions/0003-eigen-memory.md
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
               "cilantro and everything that imports it must be compiled with EIGEN_MAX_ALIGN_BYTES=16; "
               "linking the CMake target cilantro::cilantro sets it");
+static_assert(EIGEN_MALLOC_ALREADY_ALIGNED == CILANTRO_EIGEN_MALLOC_ALREADY_ALIGNED,
+              "Eigen allocates in another way here than in the compiled cilantro, because only one of "
+              "them is compiled for AVX (-march=native): build cilantro with the same flag");
 
 export namespace Eigen {
 

@@ -116,14 +116,30 @@ class points_view {
 export template <class T>
 struct points_traits;
 
+template <class T>
+concept EigenMatrix = std::derived_from<T, Eigen::MatrixBase<T>>;
+
+/// Whether the coordinates of a point lie next to each other. Row-major matrices, and those with an
+/// inner stride, keep them apart; a matrix of one row has one coordinate per point.
+template <class T>
+concept CoordinatesAreAdjacent =
+    !EigenMatrix<T> || T::RowsAtCompileTime == 1 ||
+    (!bool(T::IsRowMajor) && T::InnerStrideAtCompileTime == 1);
+
+template <class T>
+concept CoordinatesAreFloatOrDouble = !EigenMatrix<T> || Scalar<typename T::Scalar>;
+
 /// Points, where an algorithm asks for points: Eigen matrices, maps and blocks with one point per
 /// column; contiguous ranges of `std::array` or of fixed-size Eigen vectors; `points_view`; any
 /// type with `points_traits`. Row-major matrices are not points: their coordinates are not
 /// adjacent.
 export template <class T>
-concept PointsSource = requires(const std::remove_cvref_t<T>& source) {
-  points_traits<std::remove_cvref_t<T>>::view(source).matrix();
-};
+concept PointsSource =
+    CoordinatesAreAdjacent<std::remove_cvref_t<T>> &&
+    CoordinatesAreFloatOrDouble<std::remove_cvref_t<T>> &&
+    requires(const std::remove_cvref_t<T>& source) {
+      points_traits<std::remove_cvref_t<T>>::view(source).matrix();
+    };
 
 /// The view type through which a `PointsSource` is seen, its scalar, and its dimension.
 export template <PointsSource T>
@@ -163,17 +179,14 @@ struct points_traits<points_view<S, D>> {
   static auto view(points_view<S, D> v) { return v; }
 };
 
-/// An Eigen matrix, map or block whose columns are contiguous.
-export template <class T>
+/// An Eigen matrix, map or block, seen in its own storage; an expression has none.
+template <class T>
 concept ColumnMajorMatrix =
-    std::derived_from<T, Eigen::MatrixBase<T>> &&
+    EigenMatrix<T> && CoordinatesAreAdjacent<T> && CoordinatesAreFloatOrDouble<T> &&
     requires(const T& m) {
       { m.data() } -> std::same_as<const typename T::Scalar*>;
       m.outerStride();
-    } && Scalar<typename T::Scalar> &&
-    // A matrix of one row is row-major in Eigen whatever was asked for, and its columns hold one
-    // scalar.
-    (T::RowsAtCompileTime == 1 || (!bool(T::IsRowMajor) && T::InnerStrideAtCompileTime == 1));
+    };
 
 template <ColumnMajorMatrix T>
 struct points_traits<T> {

@@ -61,6 +61,9 @@ class kd_tree {
   explicit kd_tree(point_matrix<S, D>&& points, kd_tree_options options = {})
       : engine_{std::make_shared<const engine>(
             point_matrix<S, closed_dimension<D>>{std::move(points)}, options)} {}
+  /// As above of a constant temporary, which is what `eval()` of Eigen returns: a copy.
+  explicit kd_tree(const point_matrix<S, D>&& points, kd_tree_options options = {})
+      : kd_tree{point_matrix<S, D>{points}, options} {}
 
   /// The number of points, those that are never found included.
   [[nodiscard]] index_t size() const { return engine_->points().size(); }

@@ -189,6 +189,8 @@ TEST_CASE("a tree views an lvalue, and owns what it is given as an rvalue") {
   const kd_tree<double, 3> owning{std::move(points)};
   CHECK(owning.points().data() == data);
   CHECK(owning.nearest(owning.points()[42])->index == 42);
+  const kd_tree<double, 3> of_expression{(owning.points().matrix() * 2).eval()};
+  CHECK(of_expression.nearest(2 * owning.points()[42])->index == 42);
 }
 
 TEST_CASE("copies of a tree share it, and outlive the original") {

@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Reads the import and include lines of the modules and fails on an edge that must not be.
+
+usage: check_structure.py MODULES_FOLDER
+"""
+import pathlib
+import re
+import sys
+
+# A module imports modules of lower floors only.
+FLOORS = {"standard": 0, "eigen": 0, "core": 1, "search": 2, "geometry": 3, "cloud": 4}
+# Interfaces that read headers, and what they may read; all others import.
+HEADER_WRAPPERS = {"eigen.cppm": r"Eigen/\w+", "standard.cppm": r"[a-z_]+"}
+# The one header through which an interface reaches a plain unit.
+INTERFACE_HEADERS = {"core/parallel_backend.hpp"}
+# Where a header of another library may be read: in implementation units, some in one only.
+ONLY_IN = {"omp.h": "core/parallel_backend.cpp", "png.h": "cloud/png.cpp",
+           "nanoflann.hpp": "search/kd_tree.cpp"}
+
+
+def violations_in(root):
+    """Sentences about the files below `root`, sorted by file."""
+    for path in sorted(root.rglob("*")):
+        if path.suffix not in {".cppm", ".cpp", ".hpp"}:
+            continue
+        name = path.relative_to(root).as_posix()
+        text = path.read_text()
+        area = name.split("/")[0] if "/" in name else path.stem
+        yield from (f"{name}: {what}" for what in violations_of(name, path, area, text))
+
+
+def violations_of(name, path, area, text):
+    is_interface = path.suffix == ".cppm"
+    imports = re.findall(r"^(?:export )?import ([\w.:]+);", text, re.M)
+    includes = re.findall(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', text, re.M)
+
+    if area != "cilantro" and area not in FLOORS:
+        yield f"the area {area} has no floor"
+        return
+    for module in (i for i in imports if not i.startswith(":")):
+        below = module.removeprefix("cilantro.")
+        if below not in FLOORS:
+            yield f"imports {module}, which is no module of ours"
+        elif area != "cilantro" and FLOORS[below] >= FLOORS[area]:
+            yield f"imports {module}, which is not below cilantro.{area}"
+
+    if is_interface:
+        declared = re.search(r"^export module ([\w.:]+);", text, re.M)
+        wanted = "cilantro" if area == "cilantro" else (
+            f"cilantro.{area}" if path.stem == area else f"cilantro.{area}:{path.stem}")
+        if not declared or declared[1] != wanted:
+            yield f"should declare `export module {wanted};`"
+        if path.stem == area and "/" in name and re.search(
+                r"^(?!//|export import |export module |\s*$)", text, re.M):
+            yield "is a table of contents and must hold nothing but `export import`"
+        if re.search(r"^\s*#\s*pragma\s+omp", text, re.M):
+            yield "holds an OpenMP pragma, which would force the flag on every importer"
+        for header in includes:
+            allowed = HEADER_WRAPPERS.get(name)
+            if not (allowed and re.fullmatch(allowed, header)) and header not in INTERFACE_HEADERS:
+                yield f"includes {header}; interfaces import cilantro.standard and cilantro.eigen"
+    else:
+        for header in includes:
+            if header.startswith(("Eigen/", "unsupported/")):
+                yield f"includes {header} instead of importing cilantro.eigen"
+            if header in ONLY_IN and ONLY_IN[header] != name:
+                yield f"includes {header}, which belongs into {ONLY_IN[header]} alone"
+
+
+def main():
+    found = list(violations_in(pathlib.Path(sys.argv[1])))
+    print("\n".join(found) or "every edge leads down")
+    sys.exit(bool(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -15,5 +15,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 scripts/setup.sh run
 scripts/build.sh release quickstart
-mkdir -p out
 build/release/examples/quickstart "${scan[@]}"

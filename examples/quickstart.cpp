@@ -2,6 +2,7 @@
 //
 // From a scan to a processed cloud: quickstart [scan.ply | depth.png]
 #include <exception>
+#include <filesystem>
 #include <iostream>
 
 import cilantro;
@@ -14,6 +15,7 @@ int main(int argc, char** argv) try {
   const double voxel = diagonal(input.cloud) / 300;
   const Eigen::Vector3f eye = input.camera.to_world.translation();
 
+  std::filesystem::create_directory("out");
   const auto result = std::move(input.cloud)
       | report_to(report, "read")
       | remove_invalid()

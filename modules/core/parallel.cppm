@@ -38,8 +38,9 @@ void parallel_blocks(index_t n, index_t block_size, const execution& how, F&& f)
       .context = &all,
       .run =
           [](void* c, std::ptrdiff_t block) {
-            auto& [n, size, blocks, monitor, f] = *static_cast<context*>(c);
-            f(block, block * size, std::min(n, block * size + size));
+            const auto& job = *static_cast<context*>(c);
+            const index_t begin = block * job.block_size;
+            job.f(block, begin, std::min(job.n, begin + job.block_size));
           },
       .stop_requested = !how.monitor.stop.stop_possible()
                             ? nullptr
@@ -49,8 +50,8 @@ void parallel_blocks(index_t n, index_t block_size, const execution& how, F&& f)
       .report = !how.monitor.progress
                     ? nullptr
                     : [](void* c, std::ptrdiff_t done) {
-                        auto& all = *static_cast<context*>(c);
-                        all.monitor.progress(double(done) / double(all.blocks));
+                        const auto& job = *static_cast<context*>(c);
+                        job.monitor.progress(double(done) / double(job.blocks));
                       },
   });
   if (!finished) throw cancelled{};

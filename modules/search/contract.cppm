@@ -53,8 +53,8 @@ class searcher_contract {
     expect(std::ranges::adjacent_find(found,
                                       [&](const auto& a, const auto& b) {
                                         return b.distance < a.distance ||
-                                               (sum_to(query, a.index) == sum_to(query, b.index) &&
-                                                b.index <= a.index);
+                                               (b.distance == a.distance && b.index <= a.index &&
+                                                sum_to(query, a.index) == sum_to(query, b.index));
                                       }) == found.end(),
            "neighbors are not in ascending order of distance, then index, or one comes twice");
     const auto common = std::min(found.size(), expected.size());

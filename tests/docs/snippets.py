@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Makes a program of the code on a page of documentation, and checks what it prints.
+
+snippets.py extract PAGE.md OUT.cpp    the program
+snippets.py check PAGE.md PROGRAM      runs it in a temporary folder
+
+Fences `cpp` follow each other in one function, so that later ones may use what earlier ones define;
+`cpp global` stands before it. Code in a comment `<!-- cpp ... -->` is compiled but not shown. What
+fences `text` hold must be printed, in their order.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+PRELUDE = """
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <ranges>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+import cilantro;
+import simulated_room;
+using namespace cilantro;
+"""
+
+
+def blocks(page):
+    pattern = r"^```([a-z]+(?: global)?)\n(.*?)^```$|^<!-- cpp( global)?\n(.*?)^-->$"
+    for m in re.finditer(pattern, page.read_text(), re.M | re.S):
+        yield (m[1], m[2]) if m[1] else ("cpp" + (m[3] or ""), m[4])
+
+
+def extract(page):
+    code = list(blocks(page))
+    at_global = "".join(text for kind, text in code if kind == "cpp global")
+    body = "".join(text for kind, text in code if kind == "cpp")
+    return f"// Made from {page.name}.{PRELUDE}\n{at_global}\nint main() {{\n{body}}}\n"
+
+
+def check(page, program):
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run([program], cwd=folder, capture_output=True, text=True)
+    print(run.stdout, run.stderr, sep="")
+    if run.returncode != 0:
+        sys.exit(f"the program of {page.name} ended with {run.returncode}")
+    at = 0
+    for kind, text in blocks(page):
+        if kind == "text":
+            found = run.stdout.find(text, at)
+            if found < 0:
+                sys.exit(f"{page.name} shows this, which is not printed:\n{text}")
+            at = found + len(text)
+
+
+def main():
+    mode, page, other = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    if mode == "extract":
+        other.write_text(extract(page))
+    else:
+        check(page, other.resolve())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # Installs what cilantro is built with, from the Debian archives that this machine already uses.
 #
-#   scripts/setup.sh run     what the library and the quickstart need
-#   scripts/setup.sh test    that, and what the tests need
+#   scripts/setup.sh run        what the library and the quickstart need
+#   scripts/setup.sh test       that, and what the tests need
+#   scripts/setup.sh check      that, and what formatting, the sanitizers and fuzzing need
+#   scripts/setup.sh benchmark  what the library and the benchmarks need, without the peers
 #
 # Installs nothing, and needs neither root nor a network, when everything is there.
 set -euo pipefail
@@ -26,12 +28,21 @@ packages_to_test='
 doctest-dev|doctest, the test framework
 python3-minimal|runs the checks of the source tree and of the documentation
 '
+packages_to_check='
+clang-format-22|clang-format, which says whether a file is formatted
+libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
+'
+packages_to_benchmark='
+libbenchmark-dev|Google Benchmark
+'
 
 mode=${1:-run}
 case $mode in
   run) wanted=$packages_to_run ;;
   test) wanted=$packages_to_run$packages_to_test ;;
-  *) fail "usage: scripts/setup.sh run|test" ;;
+  check) wanted=$packages_to_run$packages_to_test$packages_to_check ;;
+  benchmark) wanted=$packages_to_run$packages_to_benchmark ;;
+  *) fail "usage: scripts/setup.sh run|test|check|benchmark" ;;
 esac
 
 is_installed() {
@@ -61,7 +72,7 @@ done <<< "$wanted"
 
 . /etc/os-release 2> /dev/null || true
 [ "${ID:-}" = debian ] && [[ "${VERSION_ID:-}" =~ ^(12|13)$ ]] ||
-  fail "this is ${PRETTY_NAME:-an unknown system}, and only Debian 12 and 13 are set up automatically: install the packages above by hand, then run this again."
+  fail "this is ${PRETTY_NAME:-an unknown system}, and only Debian 12 and 13 are set up automatically: install the packages above by hand, then build with \`cmake --preset release && cmake --build --preset release\`."
 
 as_root=()
 if [ "$(id -u)" != 0 ]; then

@@ -66,6 +66,9 @@ point_groups group_by(std::span<const std::int32_t> points, int bits, index_t mi
   return groups;
 }
 
+/// The standard's returns int, or, in some libraries, the type of its argument.
+int bit_width(std::uint64_t value) { return static_cast<int>(std::bit_width(value)); }
+
 /// Replaces keys by their rank among the different keys, which needs fewer bits; returns how many.
 int compress(std::vector<std::uint64_t>& keys, int bits) {
   std::vector<std::int32_t> all(keys.size());
@@ -75,7 +78,7 @@ int compress(std::vector<std::uint64_t>& keys, int bits) {
   for (index_t g = 0; g < groups.size(); ++g)
     for (const auto i : groups[g])
       keys[static_cast<std::size_t>(i)] = static_cast<std::uint64_t>(g);
-  return std::bit_width(static_cast<std::uint64_t>(groups.size()));
+  return bit_width(static_cast<std::uint64_t>(groups.size()));
 }
 
 /// A cell coordinate before it is turned into an integer. Beyond 2⁶² it does not fit one whose
@@ -153,8 +156,8 @@ class cell_sorter {
     low_ = range.low;
     for (std::size_t d = 0; d < size; ++d)
       bits_.push_back(finite_.empty() ? 0
-                                      : std::bit_width(static_cast<std::uint64_t>(range.high[d]) -
-                                                       static_cast<std::uint64_t>(range.low[d])));
+                                      : bit_width(static_cast<std::uint64_t>(range.high[d]) -
+                                                  static_cast<std::uint64_t>(range.low[d])));
   }
 
   template <class Key>

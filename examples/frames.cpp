@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A sequence of frames of a depth camera, each prepared by the same stored pipeline, as a standard view.
+// A sequence of frames of a depth camera, each prepared by the same stored pipeline, as a standard
+// view.
 #include <iostream>
 #include <ranges>
 #include <utility>
@@ -18,12 +19,12 @@ int main() {
   const auto without_ceiling = step{[](auto cloud) {
     return select(cloud, [&](index_t i) { return cloud.points(2, i) < 2.5; });
   }};
-  const auto prepare = remove_invalid() | without_ceiling | voxel_downsample(0.05) |
-                       estimate_normals(radius{0.15});
+  const auto prepare =
+      remove_invalid() | without_ceiling | voxel_downsample(0.05) | estimate_normals(radius{0.15});
 
   point_cloud<double, 3> map;
-  for (auto cloud : std::views::iota(0, 5) | std::views::transform(to_cloud) |
-                        std::views::transform(prepare)) {
+  for (auto cloud :
+       std::views::iota(0, 5) | std::views::transform(to_cloud) | std::views::transform(prepare)) {
     std::cout << "a frame of " << cloud.size() << " points\n";
     map = append(std::move(map), cloud);
   }

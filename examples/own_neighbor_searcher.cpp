@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A neighbour searcher of your own: a plain struct that does what the concept NeighborSearcher says.
-// This one sorts the points along x and walks away from the query to both sides.
+// A neighbour searcher of your own: a plain struct that does what the concept NeighborSearcher
+// says. This one sorts the points along x and walks away from the query to both sides.
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -32,7 +32,8 @@ struct sweep_searcher {
     const auto nearer = [](const neighbor<float>& a, const neighbor<float>& b) {
       return std::tie(a.distance, a.index) < std::tie(b.distance, b.index);
     };
-    // Whether a point so far away along x can still be a neighbour; `out` is a heap, the worst on top.
+    // Whether a point so far away along x can still be a neighbour; `out` is a heap, the worst on
+    // top.
     const auto reaches = [&](float dx) {
       return std::abs(dx) <= spec.max_distance() &&
              (std::ssize(out) < spec.max_count() || std::abs(dx) <= out.front().distance);
@@ -46,8 +47,8 @@ struct sweep_searcher {
       std::ranges::pop_heap(out, nearer);
       out.pop_back();
     };
-    const auto middle = std::ranges::lower_bound(order, query.x(), {},
-                                                 [&](index_t i) { return points[i].x(); });
+    const auto middle =
+        std::ranges::lower_bound(order, query.x(), {}, [&](index_t i) { return points[i].x(); });
     for (auto right = middle; right != order.end(); ++right) {
       if (!reaches(points[*right].x() - query.x())) break;
       visit(*right);

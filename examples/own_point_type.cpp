@@ -18,7 +18,8 @@ struct laser_scan {
 template <>
 struct cilantro::points_traits<laser_scan> {
   static points_view<float, 3> view(const laser_scan& scan) {
-    return {&scan.returns.data()->x, std::ssize(scan.returns), sizeof(return_record) / sizeof(float)};
+    return {&scan.returns.data()->x, std::ssize(scan.returns),
+            sizeof(return_record) / sizeof(float)};
   }
 };
 

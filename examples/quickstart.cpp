@@ -16,6 +16,7 @@ int main(int argc, char** argv) try {
   const Eigen::Vector3f eye = input.camera.to_world.translation();
 
   std::filesystem::create_directory("out");
+  // clang-format off
   const auto result = std::move(input.cloud)
       | report_to(report, "read")
       | remove_invalid()
@@ -26,6 +27,7 @@ int main(int argc, char** argv) try {
       | report_to(report, "normals and curvature")
       | write_ply("out/cloud.ply")
       | report_to(report, "write out/cloud.ply");
+  // clang-format on
 
   write_png(shaded(result, input.camera, voxel), "out/cloud.png");
   std::cout << report << "voxels of " << voxel << "; the picture is out/cloud.png\n";

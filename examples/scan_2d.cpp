@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Every step is first a plain function on points of any dimension: here a planar laser scan in double.
+// Every step is first a plain function on points of any dimension: here a planar laser scan in
+// double.
 #include <cmath>
 #include <iostream>
 #include <numbers>
@@ -23,7 +24,7 @@ int main() {
   double worst = 0;
   for (index_t i = 0; i < normals.cols(); ++i)
     worst = std::max(worst, std::acos(std::min(1.0, -normals.col(i).dot(scan[i].normalized()))));
-  std::cout << "worst normal: " << worst << " rad off; " << thinned.cols() << " points remain; mean "
-            << whole->mean.transpose() << '\n';
+  std::cout << "worst normal: " << worst << " rad off; " << thinned.cols()
+            << " points remain; mean " << whole->mean.transpose() << '\n';
   return worst < 0.01 && whole->mean.norm() < 1e-9 ? 0 : 1;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // The part of the standard library that the interfaces use, as a module: its headers are read here
-// and nowhere else, so that an interface costs a twentieth of a second instead of two. Internal: not
-// exported to users, who include the standard headers as they like. Why not `import std`:
+// and nowhere else, so that an interface costs a twentieth of a second instead of two. Internal:
+// not exported to users, who include the standard headers as they like. Why not `import std`:
 // docs/decisions/0004-standard-library-wrapped-once.md
 module;
 #include <algorithm>
@@ -116,8 +116,8 @@ using std::operator+;
 using std::operator-;
 using std::operator<<;
 
-using std::strong_ordering;
 using std::partial_ordering;
+using std::strong_ordering;
 
 namespace chrono {
 using std::chrono::duration;

@@ -37,15 +37,15 @@ export scan simulated_scan() {
   return result;
 }
 
-/// A PLY file, looked at from the front; or a depth image in millimetres, taken to be of a camera with
-/// the focal length of a Kinect.
+/// A PLY file, looked at from the front; or a depth image in millimetres, taken to be of a camera
+/// with the focal length of a Kinect.
 export scan open_scan(const std::filesystem::path& path) {
   scan result;
   if (path.extension() == ".png") {
     const auto depth = cilantro::read_depth_png(path);
     const float focal = 585.0f * float(depth.width()) / 640;
-    result.camera = {depth.width(), depth.height(), focal, focal, float(depth.width()) / 2,
-                     float(depth.height()) / 2};
+    result.camera = {depth.width(), depth.height(),           focal,
+                     focal,         float(depth.width()) / 2, float(depth.height()) / 2};
     result.cloud.points = cilantro::unproject(depth, result.camera);
     return result;
   }
@@ -63,8 +63,8 @@ export scan open_scan(const std::filesystem::path& path) {
   return result;
 }
 
-/// The cloud as `camera` sees it, each point a square of edge `size`, as bright as its normal faces the
-/// camera and tinted by where it points.
+/// The cloud as `camera` sees it, each point a square of edge `size`, as bright as its normal faces
+/// the camera and tinted by where it points.
 export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 3>& cloud,
                                              const cilantro::pinhole_camera<float>& camera,
                                              double size) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A depth camera in a furnished room, by ray casting: an input that everyone has, with the exact truth
-// beside it. Examples, tests and benchmarks use it.
+// A depth camera in a furnished room, by ray casting: an input that everyone has, with the exact
+// truth beside it. Examples, tests and benchmarks use it.
 module;
 #include <algorithm>
 #include <array>
@@ -21,7 +21,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Where a ray meets a surface: the distance along it in units of its direction, and the normal there.
+/// Where a ray meets a surface: the distance along it in units of its direction, and the normal
+/// there.
 struct hit {
   double distance;
   Vector3d normal;
@@ -96,17 +97,17 @@ using surface = std::variant<box, sphere, cylinder>;
 
 /// In metres, z up, the floor at 0. The first surface is the room itself.
 const std::array<surface, 12> furniture{
-    box{{-3, -2.5, 0}, {3, 2.5, 2.6}},             // walls, floor and ceiling
-    box{{0.6, -0.8, 0.70}, {2.0, 0.8, 0.75}},      // a table top on four legs
+    box{{-3, -2.5, 0}, {3, 2.5, 2.6}},         // walls, floor and ceiling
+    box{{0.6, -0.8, 0.70}, {2.0, 0.8, 0.75}},  // a table top on four legs
     cylinder{{0.7, -0.7, 0}, 0.04, 0.7},
     cylinder{{1.9, -0.7, 0}, 0.04, 0.7},
     cylinder{{0.7, 0.7, 0}, 0.04, 0.7},
     cylinder{{1.9, 0.7, 0}, 0.04, 0.7},
-    box{{2.4, -2.5, 0}, {3.0, -1.2, 1.9}},         // a cupboard
-    box{{1.0, -0.5, 0.75}, {1.35, -0.1, 0.95}},    // on the table: a box, a ball and a can
+    box{{2.4, -2.5, 0}, {3.0, -1.2, 1.9}},       // a cupboard
+    box{{1.0, -0.5, 0.75}, {1.35, -0.1, 0.95}},  // on the table: a box, a ball and a can
     sphere{{1.3, 0.35, 0.90}, 0.15},
     cylinder{{0.85, 0.1, 0.75}, 0.06, 0.2},
-    sphere{{0.2, 1.6, 0.30}, 0.30},                // on the floor: a ball and a bin
+    sphere{{0.2, 1.6, 0.30}, 0.30},  // on the floor: a ball and a bin
     cylinder{{2.6, 1.9, 0}, 0.22, 0.6},
 };
 
@@ -115,32 +116,37 @@ const std::array<surface, 12> furniture{
 /// What one pose of the camera sees.
 export struct simulated_frame {
   cilantro::pinhole_camera<double> camera;
-  cilantro::image<std::uint16_t> depth;     ///< Millimetres along the optical axis; 0: nothing.
-  Eigen::Matrix3Xd points;                  ///< The truth: where the ray of each pixel ends, in the world.
-  Eigen::Matrix3Xd normals;                 ///< The truth: the surface there, turned to the camera.
-  std::vector<std::int32_t> objects;        ///< The truth: the number of the surface; 0 is the room.
+  cilantro::image<std::uint16_t> depth;  ///< Millimetres along the optical axis; 0: nothing.
+  Eigen::Matrix3Xd points;   ///< The truth: where the ray of each pixel ends, in the world.
+  Eigen::Matrix3Xd normals;  ///< The truth: the surface there, turned to the camera.
+  std::vector<std::int32_t> objects;  ///< The truth: the number of the surface; 0 is the room.
 };
 
 export struct simulation_options {
   int width = 640;
   int height = 480;
-  /// Standard deviation of the depth noise at 2 m, in metres; it grows with the square of the distance.
+  /// Standard deviation of the depth noise at 2 m, in metres; it grows with the square of the
+  /// distance.
   double noise = 0;
-  double longest_range = 8;   ///< What is farther away has no depth, in metres.
+  double longest_range = 8;  ///< What is farther away has no depth, in metres.
   std::uint64_t seed = 0;
 };
 
-/// The camera after `step` of the many small steps of a walk around the table, 1.4 m above the floor.
-export [[nodiscard]] cilantro::pinhole_camera<double> simulated_camera(int step,
-                                                                       const simulation_options& o) {
+/// The camera after `step` of the many small steps of a walk around the table, 1.4 m above the
+/// floor.
+export [[nodiscard]] cilantro::pinhole_camera<double> simulated_camera(
+    int step, const simulation_options& o) {
   const double angle = std::numbers::pi + 0.02 * step;
   const Vector3d middle{1.0, 0, 0.8};
   const Vector3d eye = middle + Vector3d{2.6 * std::cos(angle), 1.6 * std::sin(angle), 0.6};
   const Vector3d ahead = (middle - eye).normalized();
   const Vector3d right = ahead.cross(Vector3d::UnitZ()).normalized();
-  cilantro::pinhole_camera<double> camera{.width = o.width, .height = o.height,
-                                          .fx = 0.9 * o.width, .fy = 0.9 * o.width,
-                                          .cx = (o.width - 1) / 2.0, .cy = (o.height - 1) / 2.0};
+  cilantro::pinhole_camera<double> camera{.width = o.width,
+                                          .height = o.height,
+                                          .fx = 0.9 * o.width,
+                                          .fy = 0.9 * o.width,
+                                          .cx = (o.width - 1) / 2.0,
+                                          .cy = (o.height - 1) / 2.0};
   camera.to_world.linear().col(0) = right;
   camera.to_world.linear().col(1) = ahead.cross(right);
   camera.to_world.linear().col(2) = ahead;
@@ -171,7 +177,8 @@ export [[nodiscard]] simulated_frame simulate(int step, const simulation_options
       frame.objects[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(s);
     }
     frame.points.col(i) = r.at(nearest.distance);
-    frame.normals.col(i) = nearest.normal.dot(r.direction) > 0 ? Vector3d{-nearest.normal} : nearest.normal;
+    frame.normals.col(i) =
+        nearest.normal.dot(r.direction) > 0 ? Vector3d{-nearest.normal} : nearest.normal;
 
     cilantro::random_stream random{options.seed, static_cast<std::uint64_t>(step) * 0x100000000u +
                                                      static_cast<std::uint64_t>(i)};

@@ -103,7 +103,7 @@ class byte_stream {
 
   /// Makes at least `count` bytes available, if the file has them.
   void load(std::size_t count) {
-    std::memmove(room_.data(), room_.data() + begin_, end_ - begin_);
+    std::copy(room_.data() + begin_, room_.data() + end_, room_.data());
     end_ -= begin_;
     begin_ = 0;
     // Lines may be long; growing by factors keeps reading one of them linear.
@@ -156,7 +156,8 @@ class header_reader {
     // Looked at before lines are: a file of another kind may have none.
     if (in_.size() < 4 || std::string_view{in_.take(3), 3} != "ply")
       in_.fail_at_byte("this is not a PLY file: it does not begin with \"ply\"");
-    if (!word_reader{line()}.done()) in_.fail_at_line("this is not a PLY file: its first line must be \"ply\"");
+    if (!word_reader{line()}.done())
+      in_.fail_at_line("this is not a PLY file: its first line must be \"ply\"");
     for (;;) {
       word_reader words{line()};
       const auto keyword = words.next();

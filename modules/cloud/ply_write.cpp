@@ -43,18 +43,24 @@ std::uint8_t to_eight_bit(float color) {
   return static_cast<std::uint8_t>(255.0f * (color > 0 ? std::min(color, 1.0f) : 0.0f) + 0.5f);
 }
 
+/// The first number of a row; nothing in an empty matrix.
+template <class M>
+const typename M::Scalar* row_of(const M& matrix, index_t row) {
+  return matrix.cols() > 0 ? &matrix(row, 0) : nullptr;
+}
+
 template <Scalar S, int D>
 std::vector<column> columns_of(const point_cloud<S, D>& cloud, bool float_colors) {
   constexpr std::array axes{"x", "y", "z"};
   constexpr std::array channels{"red", "green", "blue"};
   std::vector<column> columns;
-  for (int d = 0; d < D; ++d) columns.push_back({axes[d], cloud.points.data() + d, D});
+  for (int d = 0; d < D; ++d) columns.push_back({axes[d], row_of(cloud.points, d), D});
   if (cloud.has_normals())
     for (int d = 0; d < D; ++d)
-      columns.push_back({std::string{"n"} + axes[d], cloud.normals.data() + d, D});
+      columns.push_back({std::string{"n"} + axes[d], row_of(cloud.normals, d), D});
   if (cloud.has_colors())
     for (int c = 0; c < 3; ++c)
-      columns.push_back({channels[c], cloud.colors.data() + c, 3, !float_colors});
+      columns.push_back({channels[c], row_of(cloud.colors, c), 3, !float_colors});
   for (const auto& a : cloud.attributes)
     std::visit([&](const auto& values) { columns.push_back({a.name, values.data()}); }, a.values);
 

@@ -18,10 +18,13 @@ export inline constexpr int dynamic = -1;
 export template <class S>
 concept Scalar = std::same_as<S, float> || std::same_as<S, double>;
 
-/// A `Dim × N` matrix that owns points, or one vector a point, one column each.
+template <int D>
+inline constexpr int storage_order = D == 1 ? Eigen::RowMajor : Eigen::ColMajor;
+
+/// A `Dim × N` matrix that owns points, or one vector a point, one column each. (Eigen wants a
+/// matrix of one row to be row-major; its coordinates are adjacent either way.)
 export template <Scalar S, int D>
-using point_matrix = Eigen::Matrix < S,
-      D, dynamic, D == 1 ? Eigen::RowMajor : Eigen::ColMajor > ;
+using point_matrix = Eigen::Matrix<S, D, dynamic, storage_order<D>>;
 
 /// One point or one direction.
 export template <Scalar S, int D>
@@ -122,9 +125,8 @@ concept EigenMatrix = std::derived_from<T, Eigen::MatrixBase<T>>;
 /// Whether the coordinates of a point lie next to each other. Row-major matrices, and those with an
 /// inner stride, keep them apart; a matrix of one row has one coordinate per point.
 template <class T>
-concept CoordinatesAreAdjacent =
-    !EigenMatrix<T> || T::RowsAtCompileTime == 1 ||
-    (!bool(T::IsRowMajor) && T::InnerStrideAtCompileTime == 1);
+concept CoordinatesAreAdjacent = !EigenMatrix<T> || T::RowsAtCompileTime == 1 ||
+                                 (!bool(T::IsRowMajor) && T::InnerStrideAtCompileTime == 1);
 
 template <class T>
 concept CoordinatesAreFloatOrDouble = !EigenMatrix<T> || Scalar<typename T::Scalar>;
@@ -134,12 +136,11 @@ concept CoordinatesAreFloatOrDouble = !EigenMatrix<T> || Scalar<typename T::Scal
 /// type with `points_traits`. Row-major matrices are not points: their coordinates are not
 /// adjacent.
 export template <class T>
-concept PointsSource =
-    CoordinatesAreAdjacent<std::remove_cvref_t<T>> &&
-    CoordinatesAreFloatOrDouble<std::remove_cvref_t<T>> &&
-    requires(const std::remove_cvref_t<T>& source) {
-      points_traits<std::remove_cvref_t<T>>::view(source).matrix();
-    };
+concept PointsSource = CoordinatesAreAdjacent<std::remove_cvref_t<T>> &&
+                       CoordinatesAreFloatOrDouble<std::remove_cvref_t<T>> &&
+                       requires(const std::remove_cvref_t<T>& source) {
+                         points_traits<std::remove_cvref_t<T>>::view(source).matrix();
+                       };
 
 /// The view type through which a `PointsSource` is seen, its scalar, and its dimension.
 export template <PointsSource T>
@@ -181,12 +182,11 @@ struct points_traits<points_view<S, D>> {
 
 /// An Eigen matrix, map or block, seen in its own storage; an expression has none.
 template <class T>
-concept ColumnMajorMatrix =
-    EigenMatrix<T> && CoordinatesAreAdjacent<T> && CoordinatesAreFloatOrDouble<T> &&
-    requires(const T& m) {
-      { m.data() } -> std::same_as<const typename T::Scalar*>;
-      m.outerStride();
-    };
+concept ColumnMajorMatrix = EigenMatrix<T> && CoordinatesAreAdjacent<T> &&
+                            CoordinatesAreFloatOrDouble<T> && requires(const T& m) {
+                              { m.data() } -> std::same_as<const typename T::Scalar*>;
+                              m.outerStride();
+                            };
 
 template <ColumnMajorMatrix T>
 struct points_traits<T> {

@@ -75,10 +75,10 @@ image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camer
     const S half = static_cast<S>(options.point_size) / (2 * p.z());
     const S u = camera.fx * p.x() / p.z() + camera.cx + S(0.5);
     const S v = camera.fy * p.y() / p.z() + camera.cy + S(0.5);
-    const auto [left, right] = covered(std::floor(u - camera.fx * half),
-                                       std::floor(u + camera.fx * half), camera.width);
-    const auto [top, bottom] = covered(std::floor(v - camera.fy * half),
-                                       std::floor(v + camera.fy * half), camera.height);
+    const auto [left, right] =
+        covered(std::floor(u - camera.fx * half), std::floor(u + camera.fx * half), camera.width);
+    const auto [top, bottom] =
+        covered(std::floor(v - camera.fy * half), std::floor(v + camera.fy * half), camera.height);
     for (int y = top; y <= bottom; ++y)
       for (int x = left; x <= right; ++x)
         if (p.z() < nearest(x, y)) {

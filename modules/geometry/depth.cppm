@@ -34,8 +34,8 @@ export template <Scalar S>
                                            const depth_options& options = {});
 
 export struct projection_options {
-  /// The edge of the square, facing the camera, that a point covers, in metres. At 0 it covers the one
-  /// pixel that it falls into; the size of the voxels leaves no gaps in a downsampled cloud.
+  /// The edge of the square, facing the camera, that a point covers, in metres. At 0 it covers the
+  /// one pixel that it falls into; the size of the voxels leaves no gaps in a downsampled cloud.
   double point_size = 0;
 };
 
@@ -43,9 +43,9 @@ template <Scalar S>
 image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera,
                                    const projection_options& options);
 
-/// Which point is seen in each pixel: the index of the nearest one that covers it, −1 where there is
-/// none. Points behind the camera, outside the image, or not finite are not seen; of two at the same
-/// depth it is the first. Throws `invalid_input` for focal lengths that are not positive, or a
+/// Which point is seen in each pixel: the index of the nearest one that covers it, −1 where there
+/// is none. Points behind the camera, outside the image, or not finite are not seen; of two at the
+/// same depth it is the first. Throws `invalid_input` for focal lengths that are not positive, or a
 /// negative point size.
 export template <PointsSource P>
   requires(dimension_of<P> == 3)

@@ -67,7 +67,9 @@ point_groups group_by(std::span<const std::int32_t> points, int bits, index_t mi
 }
 
 /// The standard's returns int, or, in some libraries, the type of its argument.
-int bit_width(std::uint64_t value) { return static_cast<int>(std::bit_width(value)); }
+int bit_width(std::uint64_t value) {
+  return static_cast<int>(std::bit_width(value));
+}
 
 /// Replaces keys by their rank among the different keys, which needs fewer bits; returns how many.
 int compress(std::vector<std::uint64_t>& keys, int bits) {
@@ -80,10 +82,6 @@ int compress(std::vector<std::uint64_t>& keys, int bits) {
       keys[static_cast<std::size_t>(i)] = static_cast<std::uint64_t>(g);
   return bit_width(static_cast<std::uint64_t>(groups.size()));
 }
-
-/// A cell coordinate before it is turned into an integer. Beyond 2⁶² it does not fit one whose
-/// differences are to be taken.
-constexpr double largest_cell = 0x1p62;
 
 /// The range of cells along each axis, and where the first point is that has no cell.
 struct cell_range {
@@ -140,7 +138,7 @@ class cell_sorter {
       const index_t point = finite_[static_cast<std::size_t>(i)];
       for (index_t d = 0; d < dimension(); ++d) {
         const double q = quotient(point, d);
-        if (!(std::abs(q) < largest_cell)) {
+        if (!(std::abs(q) < cell_limit)) {
           r.too_far = std::min(r.too_far, point);
           return;
         }

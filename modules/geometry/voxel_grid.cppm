@@ -53,13 +53,18 @@ template <Scalar S, int D>
 point_groups closed_voxel_groups(points_view<S, D> points, const point_vector<double, D>& edges,
                                  index_t min_points, const execution& how);
 
-/// The cell of a grid of boxes, anchored at the origin, that contains `point`: ⌊pᵈ / edgeᵈ⌋.
+/// A coordinate of a cell is smaller than this: 64-bit differences of two of them do not overflow.
+inline constexpr double cell_limit = 0x1p62;
+
+/// The cell of a grid of boxes, anchored at the origin, that contains `point`: ⌊pᵈ / edgeᵈ⌋, or
+/// ±2⁶², where no grid has cells, for what is farther away. Precondition: `point` is finite.
 export template <Scalar S, int D>
 [[nodiscard]] Eigen::Matrix<std::int64_t, D, 1> voxel_of(
     const Eigen::Ref<const point_vector<S, D>>& point, const point_vector<double, D>& edges) {
   Eigen::Matrix<std::int64_t, D, 1> cell(point.size());
   for (index_t d = 0; d < point.size(); ++d)
-    cell[d] = static_cast<std::int64_t>(std::floor(double(point[d]) / edges[d]));
+    cell[d] = static_cast<std::int64_t>(
+        std::floor(std::min(std::max(double(point[d]) / edges[d], -cell_limit), cell_limit)));
   return cell;
 }
 

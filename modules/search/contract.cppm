@@ -39,10 +39,8 @@ class searcher_contract {
     };
 
     expect(found == again, "two searches for the same give different results");
-    if (!expect(std::ranges::all_of(found,
-                                    [&](const auto& n) {
-                                      return 0 <= n.index && n.index < points_.size();
-                                    }),
+    if (!expect(std::ranges::all_of(
+                    found, [&](const auto& n) { return 0 <= n.index && n.index < points_.size(); }),
                 "an index is out of range"))
       return;
     expect(std::ranges::all_of(found,

@@ -112,8 +112,8 @@ TEST_CASE("a report has a line a stage, with the points that went in and out") {
          report_to(report, "remove invalid") | select([](index_t i) { return i < 50; }) |
          report_to(report, "first half"));
   REQUIRE(report.stages().size() == 3);
-  const auto& [read, removed, half] = std::tie(report.stages()[0], report.stages()[1],
-                                               report.stages()[2]);
+  const auto& [read, removed, half] =
+      std::tie(report.stages()[0], report.stages()[1], report.stages()[2]);
   CHECK((read.points_in == 100 && read.points_out == 100 && read.invalid_dropped == 0));
   CHECK((removed.points_in == 100 && removed.points_out == 98 && removed.invalid_dropped == 2));
   CHECK((half.points_in == 98 && half.points_out == 50 && half.invalid_dropped == 0));

@@ -101,14 +101,13 @@ TEST_CASE("a header that is wrong is refused with its line") {
 }
 
 TEST_CASE("data that are wrong are refused with their line") {
-  const std::string header = "ply\nformat ascii 1.0\nelement vertex 2\n" + xyz +
-                             "property uchar label\nend_header\n";
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\n" + xyz + "property uchar label\nend_header\n";
   const struct {
     std::string data, message;
   } cases[] = {
       {"1 2 3 44\n1 2 3  \n", "f, line 10: the value of \"label\" is missing"},
-      {"1 2 3 4\n1 2 3 4 5\n",
-       "f, line 10: there are more values than the vertex has properties"},
+      {"1 2 3 4\n1 2 3 4 5\n", "f, line 10: there are more values than the vertex has properties"},
       {"1 2 three 4\n1 2 3 4\n", "f, line 9: \"three\" is no value of \"z\""},
       {"1 2 3 256\n1 2 3 4\n", "f, line 9: \"256\" is no value of \"label\""},
       {"1 2 3 -1\n1 2 3 4\n", "f, line 9: \"-1\" is no value of \"label\""},
@@ -156,10 +155,11 @@ TEST_CASE("a header without an end is given up on, whatever the size of the file
   CHECK(refusal(comments).find("the header does not end within a mebibyte") != std::string::npos);
 }
 
-TEST_CASE("a file cut off anywhere is refused, or read if only what follows the vertices is missing") {
+TEST_CASE(
+    "a file cut off anywhere is refused, or read if only what follows the vertices is missing") {
   const test::temporary_folder folder;
-  for (const ply_format format : {ply_format::ascii, ply_format::binary_little_endian,
-                                  ply_format::binary_big_endian}) {
+  for (const ply_format format :
+       {ply_format::ascii, ply_format::binary_little_endian, ply_format::binary_big_endian}) {
     write_ply(some_cloud(5), folder / "whole.ply", {.format = format});
     const auto whole = test::read_file(folder / "whole.ply");
     for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -274,6 +274,5 @@ TEST_CASE("a file is replaced through a link, and keeps its permissions") {
   write_ply(some_cloud(9), folder / "link.ply");
   CHECK(std::filesystem::is_symlink(folder / "link.ply"));
   CHECK(read_ply<float>(folder / "real.ply").size() == 9);
-  CHECK(std::filesystem::status(folder / "real.ply").permissions() ==
-        std::filesystem::perms{0640});
+  CHECK(std::filesystem::status(folder / "real.ply").permissions() == std::filesystem::perms{0640});
 }

@@ -15,8 +15,8 @@ using namespace cilantro;
 
 namespace {
 
-/// What a file holds: vertices, the sum of all their coordinates as a check of their values, and what
-/// else it knows; or, in words, why it is refused.
+/// What a file holds: vertices, the sum of all their coordinates as a check of their values, and
+/// what else it knows; or, in words, why it is refused.
 struct expectation {
   std::string file;
   index_t points = 0;
@@ -35,8 +35,7 @@ const expectation expectations[] = {
     {"diamond_pyntcloud/voxelgrid.ply", 6, 8.09999994, false, false, 0},
     {"emptyIO_trimesh/ply_empty_ascii.ply", 0, 0, false, false, 0},
     {"emptyIO_trimesh/ply_empty_bin.ply", 0, 0, false, false, 0},
-    {.file = "emptyIO_trimesh/ply_empty_header.ply",
-     .refusal = "the file has no vertices"},
+    {.file = "emptyIO_trimesh/ply_empty_header.ply", .refusal = "the file has no vertices"},
     {"emptyIO_trimesh/ply_points_ascii.ply", 8, 0, false, false, 0},
     {"emptyIO_trimesh/ply_points_bin.ply", 8, 0, true, false, 0},
     {"pcd/pcl/cube.ply", 24, 0, false, false, 0},
@@ -46,8 +45,7 @@ const expectation expectations[] = {
     {"ply/assimp/cube_binary_starts_with_nl.ply", 8, 59.7402725, false, false, 0},
     {"ply/assimp/cube_uv.ply", 24, 0, true, false, 2},
     {"ply/assimp/float-color.ply", 3, 500, false, true, 1},
-    {.file = "ply/assimp/issue623.ply",
-     .refusal = "a list does not begin with its length"},
+    {.file = "ply/assimp/issue623.ply", .refusal = "a list does not begin with its length"},
     {"ply/assimp/points.ply", 4, 4, true, true, 0},
     {"ply/happly/platonic_shelf.ply", 50, 89.777581, false, false, 0},
     {"ply/happly/platonic_shelf_ascii.ply", 50, 89.777581, false, false, 0},
@@ -59,15 +57,12 @@ const expectation expectations[] = {
     {"ply/pdal/issue_2421.ply", 1, 1.23458024e+09, false, false, 1},
     {"ply/pdal/mesh.ply", 4, 14, false, false, 0},
     {"ply/pdal/mesh_fixed.ply", 4, 14, false, false, 0},
-    {.file = "ply/pdal/no_vertex.ply",
-     .refusal = "the file has no vertices"},
+    {.file = "ply/pdal/no_vertex.ply", .refusal = "the file has no vertices"},
     {"ply/pdal/simple_binary.ply", 3, 1, false, false, 0},
     {"ply/pdal/simple_text.ply", 3, 1, false, false, 0},
-    {.file = "ply/pdal/sized_dims.ply",
-     .refusal = "the vertices have no x, y and z"},
+    {.file = "ply/pdal/sized_dims.ply", .refusal = "the vertices have no x, y and z"},
     {"ply/pdal/text_extradim.ply", 1, -15.7385388, true, false, 5},
-    {.file = "ply/pdal/unsized_dims.ply",
-     .refusal = "the vertices have no x, y and z"},
+    {.file = "ply/pdal/unsized_dims.ply", .refusal = "the vertices have no x, y and z"},
     {"ply/rply/input.ply", 3, 1, false, false, 0},
     {"ply/tinyply/icosahedron.ply", 12, 0, true, false, 0},
     {"ply/tinyply/icosahedron_ascii.ply", 12, 0, true, false, 0},

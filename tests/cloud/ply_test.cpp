@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <cstddef>
 #include <locale>
-#include <stop_token>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -70,12 +70,11 @@ point_cloud<float, 3> read_text(std::string_view text) {
 TEST_CASE_TEMPLATE("what is written is read back to the bit, in every format", T, CLOUD_SPACES) {
   const test::temporary_folder folder;
   const auto cloud = rich_cloud<T>();
-  for (const ply_format format : {ply_format::ascii, ply_format::binary_little_endian,
-                                  ply_format::binary_big_endian}) {
+  for (const ply_format format :
+       {ply_format::ascii, ply_format::binary_little_endian, ply_format::binary_big_endian}) {
     for (const bool float_colors : {false, true}) {
       write_ply(cloud, folder / "cloud.ply", {.format = format, .float_colors = float_colors});
-      const auto again =
-          read_ply<typename T::scalar, T::static_dimension>(folder / "cloud.ply");
+      const auto again = read_ply<typename T::scalar, T::static_dimension>(folder / "cloud.ply");
       CHECK(again == cloud);
       CHECK(std::signbit(again.points(0, 2)));
     }
@@ -264,9 +263,10 @@ TEST_CASE("a writer that is stopped leaves the file that was there, and a reader
   const auto before = test::read_file(folder / "cloud.ply");
   for (const ply_format format : {ply_format::ascii, ply_format::binary_little_endian}) {
     std::stop_source stop;
-    const task_monitor monitor{.progress = [&](double share) {
-                                 if (share > 0.3) stop.request_stop();
-                               },
+    const task_monitor monitor{.progress =
+                                   [&](double share) {
+                                     if (share > 0.3) stop.request_stop();
+                                   },
                                .stop = stop.get_token()};
     CHECK_THROWS_AS(write_ply(cloud, folder / "cloud.ply", {.format = format, .monitor = monitor}),
                     cancelled);

@@ -50,8 +50,7 @@ bool consists_of(const C& part, const C& whole, const std::vector<index_t>& indi
   for (index_t j = 0; same && j < part.size(); ++j) {
     const index_t i = indices[std::size_t(j)];
     same = test::same_bits(part.points.col(j), whole.points.col(i)) &&
-           part.normals.col(j) == whole.normals.col(i) &&
-           part.colors.col(j) == whole.colors.col(i);
+           part.normals.col(j) == whole.normals.col(i) && part.colors.col(j) == whole.colors.col(i);
     for (std::size_t a = 0; same && a < whole.attributes.size(); ++a)
       same = part.attributes[a].name == whole.attributes[a].name &&
              std::visit(
@@ -84,7 +83,8 @@ TEST_CASE_TEMPLATE("selection by a predicate keeps everything of the points that
   CHECK(select(cloud, [](index_t) { return false; }).empty());
 }
 
-TEST_CASE_TEMPLATE("invalid points are removed with everything that belongs to them", T, ALL_SPACES) {
+TEST_CASE_TEMPLATE("invalid points are removed with everything that belongs to them", T,
+                   ALL_SPACES) {
   auto cloud = full_cloud<T>(6);
   cloud.points(0, 2) = test::nan<typename T::scalar>;
   cloud.points(T::dimension - 1, 5) = -test::infinity<typename T::scalar>;
@@ -97,8 +97,8 @@ TEST_CASE("a cloud without invalid points is handed on in the same memory") {
   CHECK(remove_invalid(std::move(cloud)).points.data() == memory);
 }
 
-TEST_CASE_TEMPLATE("a transform moves points and normals, and leaves the rest", T, test::f2, test::f3,
-                   test::d2, test::d3) {
+TEST_CASE_TEMPLATE("a transform moves points and normals, and leaves the rest", T, test::f2,
+                   test::f3, test::d2, test::d3) {
   using S = typename T::scalar;
   const auto cloud = full_cloud<T>(15);
   Eigen::Transform<S, T::static_dimension, Eigen::Affine> by;
@@ -214,7 +214,8 @@ TEST_CASE("attributes are found by name and type") {
   CHECK(cloud.attribute_as<std::int32_t>("label").size() == 3);
 }
 
-TEST_CASE("a cloud whose parts do not fit each other is refused by every function, which says how") {
+TEST_CASE(
+    "a cloud whose parts do not fit each other is refused by every function, which says how") {
   auto cloud = full_cloud<test::f3>(5);
   cloud.normals.conservativeResize(3, 4);
   CHECK_THROWS_WITH_AS((void)remove_invalid(cloud),

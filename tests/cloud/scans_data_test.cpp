@@ -62,8 +62,9 @@ std::vector<std::array<index_t, 3>> read_triangles(const std::filesystem::path& 
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("Kinect frames at their poses lie on each other as closely as the sensor measures",
-                   S, float, double) {
+TEST_CASE_TEMPLATE(
+    "Kinect frames at their poses lie on each other as closely as the sensor measures", S, float,
+    double) {
   const auto folder = test::data_file("rgbd/7scenes_1000");
   SKIP_WITHOUT(folder);
   const auto cloud_of = [&](const char* number) {
@@ -99,8 +100,8 @@ TEST_CASE_TEMPLATE("in a Kinect frame the tree finds what brute force finds", S,
   }
 }
 
-TEST_CASE_TEMPLATE("a Kinect frame runs through the pipeline, the same with any number of threads", S,
-                   float, double) {
+TEST_CASE_TEMPLATE("a Kinect frame runs through the pipeline, the same with any number of threads",
+                   S, float, double) {
   const auto folder = test::data_file("rgbd/7scenes_1000");
   SKIP_WITHOUT(folder);
   const auto frame = read_frame<S>(*folder, "000000");
@@ -124,8 +125,8 @@ TEST_CASE_TEMPLATE("a Kinect frame runs through the pipeline, the same with any 
   CHECK(undetermined < one.size() / 100);
 }
 
-TEST_CASE_TEMPLATE("the normals of the bunny's points are those of its mesh, but for its folds", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("the normals of the bunny's points are those of its mesh, but for its folds", S,
+                   float, double) {
   const auto path = test::data_file("mesh_nonrigid/stanford/bun_zipper_res2.ply");
   SKIP_WITHOUT(path);
   const auto bunny = read_ply<S>(*path);

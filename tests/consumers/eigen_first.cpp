@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Includes Eigen and the standard library first, and hands Eigen's types of every alignment over the
-// border between its own code and the library's.
+// Includes Eigen and the standard library first, and hands Eigen's types of every alignment over
+// the border between its own code and the library's.
 #include <Eigen/Dense>
 #include <array>
 #include <cstdlib>

@@ -69,9 +69,9 @@ TEST_CASE("a stop that was requested before ends the call with `cancelled` and w
   std::stop_source stop;
   stop.request_stop();
   std::atomic<int> calls = 0;
-  CHECK_THROWS_AS(parallel_for(100'000, {.monitor = {.stop = stop.get_token()}},
-                               [&](index_t) { ++calls; }),
-                  cancelled);
+  CHECK_THROWS_AS(
+      parallel_for(100'000, {.monitor = {.stop = stop.get_token()}}, [&](index_t) { ++calls; }),
+      cancelled);
   CHECK(calls == 0);
 }
 
@@ -79,12 +79,12 @@ TEST_CASE("a stop during the call leaves most of the work undone") {
   for (const int threads : {1, 2}) {
     std::stop_source stop;
     std::atomic<int> calls = 0;
-    CHECK_THROWS_AS(parallel_for(1'000'000,
-                                 {.threads = threads, .monitor = {.stop = stop.get_token()}},
-                                 [&](index_t) {
-                                   if (++calls == 5000) stop.request_stop();
-                                 }),
-                    cancelled);
+    CHECK_THROWS_AS(
+        parallel_for(1'000'000, {.threads = threads, .monitor = {.stop = stop.get_token()}},
+                     [&](index_t) {
+                       if (++calls == 5000) stop.request_stop();
+                     }),
+        cancelled);
     CHECK(calls < 100'000);
   }
 }

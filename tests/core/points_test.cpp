@@ -20,8 +20,8 @@ struct own_point_set {
 };
 
 using row_major = Eigen::Matrix<float, 3, dynamic, Eigen::RowMajor>;
-using every_other_row = Eigen::Map<Eigen::Matrix3Xf, Eigen::Unaligned,
-                                   Eigen::Stride<dynamic, dynamic>>;
+using every_other_row =
+    Eigen::Map<Eigen::Matrix3Xf, Eigen::Unaligned, Eigen::Stride<dynamic, dynamic>>;
 using array3 = std::array<float, 3>;
 
 }  // namespace

@@ -13,8 +13,8 @@ import cilantro;
 
 using namespace cilantro;
 
-// Computed apart from this code, from the description of the generator: the same numbers must come out
-// of every compiler and on every machine.
+// Computed apart from this code, from the description of the generator: the same numbers must come
+// out of every compiler and on every machine.
 TEST_CASE("a stream is a function of its seed and index alone, with published numbers") {
   random_stream zero{0};
   CHECK(zero() == 0x9c8cb388e19b65a9u);

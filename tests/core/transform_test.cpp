@@ -31,8 +31,7 @@ TEST_CASE_TEMPLATE("points are moved as the transform says", T, test::f2, test::
   const auto transform = some_affine<T>();
   const auto points = test::random_points<T>(50);
   const auto moved = transform_points(transform, points);
-  for (index_t i = 0; i < 50; ++i)
-    CHECK((moved.col(i) - transform * points.col(i)).norm() < 1e-5);
+  for (index_t i = 0; i < 50; ++i) CHECK((moved.col(i) - transform * points.col(i)).norm() < 1e-5);
 }
 
 // The first cilantro moved them twice: x became 3 instead of 2.

@@ -48,8 +48,7 @@ TEST_CASE("the unprojected depth of a simulated room is the room, to half a mill
     const auto frame = simulate(step, {.width = 160, .height = 120});
     const auto points = unproject(frame.depth, frame.camera);
     for (index_t i = 0; i < points.cols(); ++i) {
-      const double z =
-          (frame.camera.to_world.inverse() * frame.points.col(i)).z();
+      const double z = (frame.camera.to_world.inverse() * frame.points.col(i)).z();
       CHECK((points.col(i) - frame.points.col(i)).norm() <= 0.00051 * (1 + z));
     }
   }
@@ -58,11 +57,10 @@ TEST_CASE("the unprojected depth of a simulated room is the room, to half a mill
 TEST_CASE_TEMPLATE("a pixel sees the point that it was unprojected to", S, float, double) {
   const auto frame = simulate(7, {.width = 160, .height = 120});
   const auto& c = frame.camera;
-  const pinhole_camera<S> camera{c.width, c.height, S(c.fx), S(c.fy), S(c.cx), S(c.cy),
-                                 c.to_world.cast<S>()};
+  const pinhole_camera<S> camera{
+      c.width, c.height, S(c.fx), S(c.fy), S(c.cx), S(c.cy), c.to_world.cast<S>()};
   const auto seen = project(unproject(frame.depth, camera), camera);
-  for (std::size_t i = 0; i < seen.pixels().size(); ++i)
-    CHECK(seen.pixels()[i] == std::int32_t(i));
+  for (std::size_t i = 0; i < seen.pixels().size(); ++i) CHECK(seen.pixels()[i] == std::int32_t(i));
 }
 
 TEST_CASE("of several points in a pixel the nearest is seen, and of equal ones the first") {

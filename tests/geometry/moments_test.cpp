@@ -40,8 +40,9 @@ TEST_CASE_TEMPLATE("mean and covariance are what they are defined to be", T, ALL
   CHECK((found->covariance.template cast<double>() - covariance).norm() < rounding<S>);
 }
 
-TEST_CASE_TEMPLATE("a million units away from the origin nothing but the coordinates' rounding is lost", T,
-                   ALL_SPACES) {
+TEST_CASE_TEMPLATE(
+    "a million units away from the origin nothing but the coordinates' rounding is lost", T,
+    ALL_SPACES) {
   using S = typename T::scalar;
   auto points = test::random_points<T>(3000);
   points.array() += S(1e6);

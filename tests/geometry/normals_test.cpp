@@ -67,7 +67,8 @@ surface_sample<S> cylinder(int around, int along, double radius) {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("the normals of a plane are the plane's, and its curvature is 0", T, ALL_SPACES) {
+TEST_CASE_TEMPLATE("the normals of a plane are the plane's, and its curvature is 0", T,
+                   ALL_SPACES) {
   using S = typename T::scalar;
   auto normal = test::random_points<T>(1, 77).col(0).eval();
   normal.normalize();
@@ -89,8 +90,8 @@ TEST_CASE_TEMPLATE("the normals of a sphere point along its radius", S, float, d
   }
 }
 
-TEST_CASE_TEMPLATE("the normals of a cylinder are exact where neighborhoods are symmetric", S, float,
-                   double) {
+TEST_CASE_TEMPLATE("the normals of a cylinder are exact where neighborhoods are symmetric", S,
+                   float, double) {
   const int around = 60, along = 30;
   const auto [points, truth] = cylinder<S>(around, along, 1);
   const auto [normals, curvature] = estimate_normals(points, radius{0.16});
@@ -191,7 +192,8 @@ TEST_CASE_TEMPLATE("neighbors on a line, equal ones, or too few of them determin
   CHECK(estimate_normals(points.leftCols(0).eval(), knn{10}).normals.cols() == 0);
 }
 
-TEST_CASE_TEMPLATE("a point that is not finite gets no normal and disturbs no other", T, ALL_SPACES) {
+TEST_CASE_TEMPLATE("a point that is not finite gets no normal and disturbs no other", T,
+                   ALL_SPACES) {
   auto points = test::random_points<T>(200, 8);
   const auto without = estimate_normals(points.rightCols(198).eval(), knn{10});
   points(0, 0) = test::nan<typename T::scalar>;
@@ -228,8 +230,9 @@ TEST_CASE("without a viewpoint the largest component of each normal is positive"
 TEST_CASE("what does not fit the points is refused") {
   const auto points = test::random_points<test::f3>(20);
   CHECK_THROWS_AS((void)estimate_normals(points, knn{5}, {.viewpoint = {{0, 0}}}), invalid_input);
-  CHECK_THROWS_AS((void)estimate_normals(points, knn{5}, {.viewpoint = {{0, 0, test::nan<double>}}}),
-                  invalid_input);
+  CHECK_THROWS_AS(
+      (void)estimate_normals(points, knn{5}, {.viewpoint = {{0, 0, test::nan<double>}}}),
+      invalid_input);
   CHECK_THROWS_AS((void)estimate_normals(points, knn{5}, {.threads = -1}), invalid_input);
   CHECK_THROWS_AS((void)estimate_normals(points, neighborhoods<float>{}), invalid_input);
   const neighborhoods<float> elsewhere{{0, 1}, {7}, {0}};

@@ -106,7 +106,8 @@ TEST_CASE_TEMPLATE("a downsampled point is the mean of the points in its cell", 
   REQUIRE(means.cols() == std::ssize(cells));
   index_t c = 0;
   for (const auto& [cell, members] : cells) {
-    Eigen::Matrix<long double, dynamic, 1> sum = Eigen::Matrix<long double, dynamic, 1>::Zero(T::dimension);
+    Eigen::Matrix<long double, dynamic, 1> sum =
+        Eigen::Matrix<long double, dynamic, 1>::Zero(T::dimension);
     for (const auto i : members) sum += points.col(i).template cast<long double>();
     sum /= (long double)(members.size());
     CHECK(double((means.col(c).template cast<long double>() - sum).cwiseAbs().maxCoeff()) <=
@@ -207,6 +208,6 @@ TEST_CASE("a grid that is stopped throws `cancelled`") {
   const auto points = test::random_points<test::f3>(5000);
   std::stop_source stop;
   stop.request_stop();
-  CHECK_THROWS_AS(
-      (void)voxel_downsample(points, 0.1, {.monitor = {.stop = stop.get_token()}}), cancelled);
+  CHECK_THROWS_AS((void)voxel_downsample(points, 0.1, {.monitor = {.stop = stop.get_token()}}),
+                  cancelled);
 }

@@ -11,5 +11,6 @@ struct my_searcher {
 
 int main() {
   const Eigen::Matrix3Xf points(3, 10);
-  return static_cast<int>(cilantro::find_neighborhoods(my_searcher{}, points, cilantro::knn{3}).size());
+  return static_cast<int>(
+      cilantro::find_neighborhoods(my_searcher{}, points, cilantro::knn{3}).size());
 }

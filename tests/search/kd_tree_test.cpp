@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
-#include <cstdint>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <stop_token>
@@ -42,8 +42,8 @@ matrix_of<T> doubled_line(index_t count) {
 template <class T>
 matrix_of<T> with_holes(matrix_of<T> points) {
   for (index_t i = 3; i < points.cols(); i += 10)
-    points(i % T::dimension, i) = i % 20 == 3 ? test::nan<typename T::scalar>
-                                              : -test::infinity<typename T::scalar>;
+    points(i % T::dimension, i) =
+        i % 20 == 3 ? test::nan<typename T::scalar> : -test::infinity<typename T::scalar>;
   return points;
 }
 
@@ -60,9 +60,9 @@ void expect_truth(const matrix_of<T>& points, std::uint64_t seed, index_t querie
     random_stream random{seed, std::uint64_t(q)};
     point_vector<S, T::static_dimension> query = other.col(q) * scale;
     if (q % 2 == 0 && points.cols() > 0) query = points.col(random.below(points.cols()));
-    const neighborhood_spec specs[] = {
-        knn{1}, knn{1 + random.below(30)}, knn{65 + random.below(100)},
-        radius{random.uniform(0, 1)}, knn_in_radius{1 + random.below(40), random.uniform(0, 1)}};
+    const neighborhood_spec specs[] = {knn{1}, knn{1 + random.below(30)},
+                                       knn{65 + random.below(100)}, radius{random.uniform(0, 1)},
+                                       knn_in_radius{1 + random.below(40), random.uniform(0, 1)}};
     for (const auto& spec : specs) {
       tree.find(query, spec, found);
       truth.find(query, spec, expected);
@@ -99,7 +99,8 @@ TEST_CASE_TEMPLATE("any number of equal points is searchable", T, ALL_SPACES) {
 TEST_CASE_TEMPLATE("points that are not finite are never found, and indices count them", T,
                    ALL_SPACES) {
   expect_truth<T>(with_holes<T>(test::random_points<T>(500, 4)), 40);
-  const matrix_of<T> nothing = matrix_of<T>::Constant(T::dimension, 9, test::nan<typename T::scalar>);
+  const matrix_of<T> nothing =
+      matrix_of<T>::Constant(T::dimension, 9, test::nan<typename T::scalar>);
   const kd_tree tree{nothing};
   CHECK(tree.size() == 9);
   CHECK_FALSE(tree.nearest(test::random_points<T>(1).col(0)));

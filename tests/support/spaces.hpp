@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The lists of spaces for TEST_CASE_TEMPLATE; macros, since doctest wants them where types are listed.
+// The lists of spaces for TEST_CASE_TEMPLATE; macros, since doctest wants them where types are
+// listed.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -9,8 +10,8 @@
 #define CLOUD_SPACES test::f2, test::f3, test::d2, test::d3
 
 /// Ends a test that needs data which is not there; ctest then reports it as skipped.
-#define SKIP_WITHOUT(file) \
-  if (!(file)) {           \
+#define SKIP_WITHOUT(file)                          \
+  if (!(file)) {                                    \
     MESSAGE("skipped: the test data is not there"); \
-    return;                \
+    return;                                         \
   }

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include <open3d/geometry/KDTreeFlann.h>
+#include <open3d/geometry/PointCloud.h>
+#include <open3d/io/PointCloudIO.h>
+#include <open3d/utility/Logging.h>
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "common.hpp"
+
+namespace {
+
+using open3d::geometry::KDTreeFlann;
+using open3d::geometry::PointCloud;
+
+const PointCloud& points() {
+  static const PointCloud cloud = [] {
+    PointCloud made;
+    for (std::size_t i = 0; i < frame().size(); i += 3)
+      made.points_.emplace_back(double(frame()[i]), double(frame()[i + 1]), double(frame()[i + 2]));
+    return made;
+  }();
+  return cloud;
+}
+
+void tree_build(benchmark::State& state) {
+  for (auto _ : state) {
+    const KDTreeFlann tree{points()};
+    benchmark::DoNotOptimize(&tree);
+  }
+  report_result(state, double(points().points_.size()));
+}
+CILANTRO_BENCHMARK(tree_build);
+
+/// `find(tree, i, indices, squared_distances)` for every point, keeping what is found.
+template <class F>
+void search(benchmark::State& state, F find) {
+  const KDTreeFlann tree{points()};
+  const int n = int(points().points_.size());
+  double sum = 0;
+  for (auto _ : state) {
+    std::vector<std::vector<int>> indices(std::size_t{0} + n);
+    std::vector<std::vector<double>> distances(indices.size());
+#pragma omp parallel for schedule(dynamic, 256)
+    for (int i = 0; i < n; ++i) {
+      find(tree, points().points_[std::size_t(i)], indices[std::size_t(i)],
+           distances[std::size_t(i)]);
+      for (double& d : distances[std::size_t(i)]) d = std::sqrt(d);
+    }
+    benchmark::DoNotOptimize(distances.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& near : distances) sum += std::accumulate(near.begin(), near.end(), 0.0);
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+
+void knn_of_all(benchmark::State& state) {
+  search(state, [](const auto& tree, const auto& p, auto& indices, auto& distances) {
+    tree.SearchKNN(p, neighbor_count, indices, distances);
+  });
+}
+CILANTRO_BENCHMARK(knn_of_all);
+
+void radius_of_all(benchmark::State& state) {
+  search(state, [](const auto& tree, const auto& p, auto& indices, auto& distances) {
+    tree.SearchRadius(p, double(voxel_edge), indices, distances);
+  });
+}
+CILANTRO_BENCHMARK(radius_of_all);
+
+void normals(benchmark::State& state) {
+  double sum = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    PointCloud cloud = points();
+    state.ResumeTiming();
+    cloud.EstimateNormals(open3d::geometry::KDTreeSearchParamKNN(neighbor_count));
+    cloud.OrientNormalsTowardsCameraLocation(Eigen::Vector3d::Zero());
+    benchmark::DoNotOptimize(cloud.normals_.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& n : cloud.normals_) sum += std::abs(n.z());
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(normals);
+
+void voxels(benchmark::State& state) {
+  double count = 0;
+  for (auto _ : state) {
+    const auto reduced = points().VoxelDownSample(double(voxel_edge));
+    benchmark::DoNotOptimize(reduced.get());
+    count = double(reduced->points_.size());
+  }
+  report_result(state, count);
+}
+CILANTRO_BENCHMARK(voxels);
+
+void ply_read(benchmark::State& state) {
+  double sum = 0;
+  for (auto _ : state) {
+    PointCloud cloud;
+    open3d::io::ReadPointCloud(data_path("large.ply"), cloud);
+    benchmark::DoNotOptimize(cloud.points_.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& p : cloud.points_) sum += p.sum();
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(ply_read);
+
+void ply_write(benchmark::State& state) {
+  PointCloud cloud;
+  open3d::io::ReadPointCloud(data_path("large.ply"), cloud);
+  for (auto _ : state) open3d::io::WritePointCloud(data_path("written_by_open3d.ply"), cloud);
+  report_result(state, double(cloud.points_.size()));
+}
+CILANTRO_BENCHMARK(ply_write);
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Error);
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+}

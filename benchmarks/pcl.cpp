@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include <omp.h>
+#include <pcl/features/normal_3d_omp.h>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "common.hpp"
+
+namespace {
+
+using cloud_type = pcl::PointCloud<pcl::PointXYZ>;
+
+const cloud_type::Ptr& points() {
+  static const cloud_type::Ptr cloud = [] {
+    cloud_type::Ptr made{new cloud_type};
+    for (std::size_t i = 0; i < frame().size(); i += 3)
+      made->push_back({frame()[i], frame()[i + 1], frame()[i + 2]});
+    return made;
+  }();
+  return cloud;
+}
+
+void tree_build(benchmark::State& state) {
+  for (auto _ : state) {
+    pcl::KdTreeFLANN<pcl::PointXYZ> tree;
+    tree.setInputCloud(points());
+    benchmark::DoNotOptimize(&tree);
+  }
+  report_result(state, double(points()->size()));
+}
+CILANTRO_BENCHMARK(tree_build);
+
+/// `find(tree, i, indices, squared_distances)` for every point, keeping what is found.
+template <class F>
+void search(benchmark::State& state, F find) {
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
+  tree.setInputCloud(points());
+  const int n = int(points()->size());
+  double sum = 0;
+  for (auto _ : state) {
+    std::vector<pcl::Indices> indices(std::size_t{0} + n);
+    std::vector<std::vector<float>> distances(indices.size());
+#pragma omp parallel for schedule(dynamic, 256)
+    for (int i = 0; i < n; ++i) {
+      find(tree, i, indices[std::size_t(i)], distances[std::size_t(i)]);
+      for (float& d : distances[std::size_t(i)]) d = std::sqrt(d);
+    }
+    benchmark::DoNotOptimize(distances.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& near : distances) sum += std::accumulate(near.begin(), near.end(), 0.0);
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+
+void knn_of_all(benchmark::State& state) {
+  search(state, [](const auto& tree, int i, auto& indices, auto& distances) {
+    tree.nearestKSearch(*points(), i, neighbor_count, indices, distances);
+  });
+}
+CILANTRO_BENCHMARK(knn_of_all);
+
+void radius_of_all(benchmark::State& state) {
+  search(state, [](const auto& tree, int i, auto& indices, auto& distances) {
+    tree.radiusSearch(*points(), i, voxel_edge, indices, distances);
+  });
+}
+CILANTRO_BENCHMARK(radius_of_all);
+
+void normals(benchmark::State& state) {
+  double sum = 0;
+  for (auto _ : state) {
+    pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimation{
+        unsigned(omp_get_max_threads())};
+    pcl::search::KdTree<pcl::PointXYZ>::Ptr tree{new pcl::search::KdTree<pcl::PointXYZ>};
+    estimation.setInputCloud(points());
+    estimation.setSearchMethod(tree);
+    estimation.setKSearch(neighbor_count);
+    estimation.setViewPoint(0, 0, 0);
+    pcl::PointCloud<pcl::Normal> found;
+    estimation.compute(found);
+    benchmark::DoNotOptimize(found.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& n : found)
+      if (std::isfinite(n.normal_z)) sum += std::abs(double(n.normal_z));
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(normals);
+
+void voxels(benchmark::State& state) {
+  double count = 0;
+  for (auto _ : state) {
+    pcl::VoxelGrid<pcl::PointXYZ> grid;
+    grid.setInputCloud(points());
+    grid.setLeafSize(voxel_edge, voxel_edge, voxel_edge);
+    cloud_type reduced;
+    grid.filter(reduced);
+    benchmark::DoNotOptimize(reduced.data());
+    count = double(reduced.size());
+  }
+  report_result(state, count);
+}
+CILANTRO_BENCHMARK(voxels);
+
+void ply_read(benchmark::State& state) {
+  double sum = 0;
+  for (auto _ : state) {
+    pcl::PointCloud<pcl::PointXYZRGB> cloud;
+    pcl::io::loadPLYFile(data_path("large.ply"), cloud);
+    benchmark::DoNotOptimize(cloud.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& p : cloud) sum += double(p.x) + double(p.y) + double(p.z);
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(ply_read);
+
+void ply_write(benchmark::State& state) {
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  pcl::io::loadPLYFile(data_path("large.ply"), cloud);
+  for (auto _ : state) pcl::io::savePLYFileBinary(data_path("written_by_pcl.ply"), cloud);
+  report_result(state, double(cloud.size()));
+}
+CILANTRO_BENCHMARK(ply_write);
+
+}  // namespace
+
+BENCHMARK_MAIN();

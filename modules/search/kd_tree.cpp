@@ -2,7 +2,9 @@
 module;
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -10,6 +12,7 @@ module;
 #include <nanoflann.hpp>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 module cilantro.search;
@@ -61,40 +64,59 @@ struct nanoflann_metric {
 template <Scalar S>
 inline constexpr S slack = 1 + 256 * std::numeric_limits<S>::epsilon();
 
+/// A point that may be among the neighbours: first its sum, then its index, in one integer, whose
+/// order is theirs, since the bits of floating numbers that are not negative are ordered like them.
 template <Scalar S>
-struct candidate {
-  S sum;
-  point_index index;
-  friend bool operator<(const candidate& a, const candidate& b) {
-    return a.sum < b.sum || (a.sum == b.sum && a.index < b.index);
+class candidate {
+ public:
+  candidate() = default;
+  candidate(S sum, point_index index)
+      : key_{key{std::bit_cast<sum_bits>(sum)} << index_bits | index} {}
+
+  [[nodiscard]] S sum() const {
+    return std::bit_cast<S>(static_cast<sum_bits>(key_ >> index_bits));
   }
+  [[nodiscard]] point_index index() const { return static_cast<point_index>(key_); }
+  friend auto operator<=>(candidate a, candidate b) = default;
+
+ private:
+  using sum_bits = std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>;
+  using key = std::conditional_t<sizeof(S) == 4, std::uint64_t, unsigned __int128>;
+  static constexpr int index_bits = 32;
+  key key_;
 };
+
+/// How far nanoflann has to look: a little farther than `sum`, as it leaves out what is just there.
+template <Scalar S>
+S search_bound(S sum) {
+  return sum * slack<S> + std::numeric_limits<S>::min();
+}
 
 /// The best k so far in a sorted array: the fastest way while k is small.
 template <Scalar S>
 class sorted_result {
  public:
-  sorted_result(std::span<candidate<S>> room, S limit) : room_{room}, limit_{limit} {}
+  sorted_result(std::span<candidate<S>> room, S limit)
+      : best_{room.data()}, capacity_{room.size()}, limit_{limit}, bound_{search_bound(limit)} {}
 
   [[nodiscard]] std::size_t size() const { return count_; }
-  [[nodiscard]] bool full() const { return count_ == room_.size(); }
-  [[nodiscard]] S worstDist() const {  // NOLINT: nanoflann's name
-    return (full() ? room_[count_ - 1].sum : limit_) * slack<S> + std::numeric_limits<S>::min();
-  }
-  bool addPoint(S sum, point_index index) {  // NOLINT
+  [[nodiscard]] bool full() const { return count_ == capacity_; }
+  [[nodiscard]] S worstDist() const { return bound_; }  // NOLINT: nanoflann's name
+  bool addPoint(S sum, point_index index) {             // NOLINT
     const candidate<S> next{sum, index};
-    if (!(sum <= limit_) || (full() && !(next < room_[count_ - 1]))) return true;
+    if (full() ? !(next < best_[count_ - 1]) : !(sum <= limit_)) return true;
     std::size_t at = full() ? count_ - 1 : count_++;
-    for (; at > 0 && next < room_[at - 1]; --at) room_[at] = room_[at - 1];
-    room_[at] = next;
+    for (; at > 0 && next < best_[at - 1]; --at) best_[at] = best_[at - 1];
+    best_[at] = next;
+    if (full()) bound_ = search_bound(best_[count_ - 1].sum());
     return true;
   }
   void sort() {}
 
  private:
-  std::span<candidate<S>> room_;
-  S limit_;
-  std::size_t count_ = 0;
+  candidate<S>* best_;
+  std::size_t capacity_, count_ = 0;
+  S limit_, bound_;
 };
 
 /// The best k so far in a heap, for large k, also for all within a radius.
@@ -102,26 +124,26 @@ template <Scalar S>
 class heap_result {
  public:
   heap_result(std::vector<candidate<S>>& heap, std::size_t capacity, S limit)
-      : heap_{heap}, capacity_{capacity}, limit_{limit} {
+      : heap_{heap}, capacity_{capacity}, limit_{limit}, bound_{search_bound(limit)} {
     heap_.clear();
   }
 
   [[nodiscard]] std::size_t size() const { return heap_.size(); }
   [[nodiscard]] bool full() const { return heap_.size() == capacity_; }
-  [[nodiscard]] S worstDist() const {  // NOLINT
-    return (full() ? heap_.front().sum : limit_) * slack<S> + std::numeric_limits<S>::min();
-  }
-  bool addPoint(S sum, point_index index) {  // NOLINT
+  [[nodiscard]] S worstDist() const { return bound_; }  // NOLINT
+  bool addPoint(S sum, point_index index) {             // NOLINT
     const candidate<S> next{sum, index};
-    if (!(sum <= limit_)) return true;
     if (!full()) {
+      if (!(sum <= limit_)) return true;
       heap_.push_back(next);
-      if (full()) std::make_heap(heap_.begin(), heap_.end());
+      if (!full()) return true;
+      std::make_heap(heap_.begin(), heap_.end());
     } else if (next < heap_.front()) {
       std::pop_heap(heap_.begin(), heap_.end());
       heap_.back() = next;
       std::push_heap(heap_.begin(), heap_.end());
     }
+    bound_ = search_bound(heap_.front().sum());
     return true;
   }
   void sort() { std::sort(heap_.begin(), heap_.end()); }
@@ -129,7 +151,7 @@ class heap_result {
  private:
   std::vector<candidate<S>>& heap_;
   std::size_t capacity_;
-  S limit_;
+  S limit_, bound_;
 };
 
 /// Beyond this many neighbours, moving a sorted array costs more than a heap.
@@ -216,7 +238,7 @@ struct kd_tree_engine<S, D, M>::state {
             std::vector<neighbor<S>>& out) const {
     out.clear();
     search(query, spec, room, [&](const candidate<S>& c) {
-      out.push_back({original_index(c.index), M::distance(c.sum)});
+      out.push_back({original_index(c.index()), M::distance(c.sum())});
     });
   }
 
@@ -277,8 +299,8 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
     for (index_t q = begin; q < end; ++q) {
       auto at = static_cast<std::size_t>(q * k);
       const std::size_t found = state_->search(query(q), spec, room, [&](const candidate<S>& c) {
-        indices[at] = static_cast<std::int32_t>(state_->original_index(c.index));
-        distances[at++] = M::distance(c.sum);
+        indices[at] = static_cast<std::int32_t>(state_->original_index(c.index()));
+        distances[at++] = M::distance(c.sum());
       });
       offsets[static_cast<std::size_t>(q) + 1] = static_cast<index_t>(found);
     }

@@ -60,10 +60,21 @@ std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, inde
   return checked;
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                 \
-  template point_matrix<S, D> gather_columns<S, D>(points_view<S, D>,              \
-                                                   std::span<const std::int32_t>); \
-  template std::vector<std::int32_t> finite_columns<S, D>(points_view<S, D>);
+#define CILANTRO_INSTANTIATE(S, D)                                                            \
+  template point_matrix<S, D> gather_columns<S, D>(points_view<S, D>,                         \
+                                                   std::span<const std::int32_t>);            \
+  template std::vector<std::int32_t> finite_columns<S, D>(points_view<S, D>);                 \
+  template struct point_cloud<S, D>;                                                          \
+  template bool operator==(const point_cloud<S, D>&, const point_cloud<S, D>&);               \
+  template void expect_consistent(const point_cloud<S, D>&, const char*);                     \
+  template point_cloud<S, D> gather(const point_cloud<S, D>&, std::span<const std::int32_t>); \
+  template point_cloud<S, D> remove_invalid(point_cloud<S, D>);                               \
+  template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);             \
+  template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,           \
+                                              const normals_options&);                        \
+  template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&,    \
+                                              const voxel_options&);                          \
+  template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(float, dynamic)

@@ -244,4 +244,27 @@ export template <Scalar S, int D>
   return cloud;
 }
 
+// Clouds of closed dimensions are compiled in the library, so that a pipeline costs its author
+// little.
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                         \
+  extern template struct point_cloud<S, D>;                                                       \
+  extern template bool operator==(const point_cloud<S, D>&, const point_cloud<S, D>&);            \
+  extern template void expect_consistent(const point_cloud<S, D>&, const char*);                  \
+  extern template point_cloud<S, D> gather(const point_cloud<S, D>&,                              \
+                                           std::span<const std::int32_t>);                        \
+  extern template point_cloud<S, D> remove_invalid(point_cloud<S, D>);                            \
+  extern template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);          \
+  extern template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,        \
+                                                     const normals_options&);                     \
+  extern template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&, \
+                                                     const voxel_options&);                       \
+  extern template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
+CILANTRO_COMPILED_ELSEWHERE(float, 2)
+CILANTRO_COMPILED_ELSEWHERE(float, 3)
+CILANTRO_COMPILED_ELSEWHERE(float, dynamic)
+CILANTRO_COMPILED_ELSEWHERE(double, 2)
+CILANTRO_COMPILED_ELSEWHERE(double, 3)
+CILANTRO_COMPILED_ELSEWHERE(double, dynamic)
+#undef CILANTRO_COMPILED_ELSEWHERE
+
 }  // namespace cilantro

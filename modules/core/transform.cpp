@@ -28,10 +28,10 @@ void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D,
   }
 }
 
-template <Scalar S, int D>
-Eigen::Matrix<S, D, D> normal_matrix(const Eigen::Matrix<S, D, D>& linear) {
+// One solver for all scalars and dimensions: it runs once a call, and is slow to compile.
+Eigen::MatrixXd inverse_transpose(const Eigen::MatrixXd& linear) {
   expects(linear.allFinite(), "transform_normals: the transform must be finite");
-  const Eigen::FullPivLU<Eigen::Matrix<S, D, D>> lu{linear};
+  const Eigen::FullPivLU<Eigen::MatrixXd> lu{linear};
   expects(lu.isInvertible(), "transform_normals: the transform must be invertible");
   return lu.inverse().transpose();
 }
@@ -40,8 +40,7 @@ Eigen::Matrix<S, D, D> normal_matrix(const Eigen::Matrix<S, D, D>& linear) {
   template void apply_affine<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&,            \
                                    const point_vector<S, D>&, S*, index_t);                     \
   template void apply_to_directions<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&, S*, \
-                                          index_t);                                             \
-  template Eigen::Matrix<S, D, D> normal_matrix<S, D>(const Eigen::Matrix<S, D, D>&);
+                                          index_t);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(float, dynamic)

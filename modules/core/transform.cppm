@@ -24,9 +24,8 @@ template <Scalar S, int D>
 void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear, S* out,
                          index_t out_stride);
 
-/// The inverse transpose of `linear`. Throws `invalid_input` if it has none.
-template <Scalar S, int D>
-Eigen::Matrix<S, D, D> normal_matrix(const Eigen::Matrix<S, D, D>& linear);
+/// Throws `invalid_input` if there is none.
+Eigen::MatrixXd inverse_transpose(const Eigen::MatrixXd& linear);
 
 /// `transform · p` for every point p, into `out`, which may be the very matrix that the points lie
 /// in: each point is then moved once. Throws `invalid_input` for mismatched sizes.
@@ -68,7 +67,8 @@ void transform_normals(const Eigen::Transform<scalar_of<P>, D, Mode, O>& transfo
   const auto view = points_in(normals);
   expects(out.rows() == view.dimension() && out.cols() == view.size(),
           "transform_normals: the output must have the size of the normals");
-  apply_to_directions<S, C>(view, normal_matrix<S, C>(transform.linear()), out.derived().data(),
+  const auto linear = inverse_transpose(transform.linear().template cast<double>());
+  apply_to_directions<S, C>(view, linear.template cast<S>(), out.derived().data(),
                             out.derived().outerStride());
 }
 export template <PointsSource P, int D, int Mode, int O>

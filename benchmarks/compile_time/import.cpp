@@ -1,0 +1,4 @@
+// SPDX-License-Identifier: MIT
+import cilantro;
+
+int unit() { return 0; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a careful user writes without a library: nanoflann, Eigen, an ordered map, and OpenMP over points.
-// For files, the bound: what reading or writing the same bytes costs.
+// What a careful user writes without a library: nanoflann, Eigen, an ordered map, and OpenMP over
+// points. For files, the bound: what reading or writing the same bytes costs.
 #include <omp.h>
 
 #include <Eigen/Dense>
@@ -26,9 +26,13 @@ struct adaptor {
     return false;
   }
 };
-using tree_type =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, adaptor>, adaptor, 3,
-                                        std::uint32_t>;
+#if NANOFLANN_VERSION >= 0x150
+using search_result = nanoflann::ResultItem<std::uint32_t, float>;
+#else
+using search_result = std::pair<std::uint32_t, float>;
+#endif
+using tree_type = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, adaptor>,
+                                                      adaptor, 3, std::uint32_t>;
 
 struct indexed_frame {
   adaptor points;
@@ -73,11 +77,10 @@ void radius_of_all(benchmark::State& state) {
   const int n = indexed.size();
   double sum = 0;
   for (auto _ : state) {
-    std::vector<std::vector<std::pair<std::uint32_t, float>>> found(std::size_t{0} + n);
+    std::vector<std::vector<search_result>> found(std::size_t{0} + n);
 #pragma omp parallel for schedule(dynamic, 256)
     for (int i = 0; i < n; ++i) {
-      indexed.tree.radiusSearch(indexed[i], voxel_edge * voxel_edge, found[std::size_t(i)],
-                                nanoflann::SearchParams{});
+      indexed.tree.radiusSearch(indexed[i], voxel_edge * voxel_edge, found[std::size_t(i)], {});
       for (auto& [index, distance] : found[std::size_t(i)]) distance = std::sqrt(distance);
     }
     benchmark::DoNotOptimize(found.data());

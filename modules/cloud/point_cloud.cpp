@@ -7,6 +7,8 @@ module;
 #include <span>
 #include <string>
 #include <vector>
+
+#include "core/closed_spaces.hpp"
 module cilantro.cloud;
 
 namespace cilantro {
@@ -75,12 +77,7 @@ std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, inde
   template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&,    \
                                               const voxel_options&);                          \
   template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
-CILANTRO_INSTANTIATE(float, 2)
-CILANTRO_INSTANTIATE(float, 3)
-CILANTRO_INSTANTIATE(float, dynamic)
-CILANTRO_INSTANTIATE(double, 2)
-CILANTRO_INSTANTIATE(double, 3)
-CILANTRO_INSTANTIATE(double, dynamic)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
 export module cilantro.cloud:point_cloud;
 
 import cilantro.standard;
@@ -259,12 +261,7 @@ export template <Scalar S, int D>
   extern template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&, \
                                                      const voxel_options&);                       \
   extern template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
-CILANTRO_COMPILED_ELSEWHERE(float, 2)
-CILANTRO_COMPILED_ELSEWHERE(float, 3)
-CILANTRO_COMPILED_ELSEWHERE(float, dynamic)
-CILANTRO_COMPILED_ELSEWHERE(double, 2)
-CILANTRO_COMPILED_ELSEWHERE(double, 3)
-CILANTRO_COMPILED_ELSEWHERE(double, dynamic)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 
 }  // namespace cilantro

@@ -2,6 +2,8 @@
 module;
 #include <cmath>
 #include <limits>
+
+#include "core/closed_spaces.hpp"
 module cilantro.core;
 
 namespace cilantro {
@@ -41,12 +43,7 @@ Eigen::MatrixXd inverse_transpose(const Eigen::MatrixXd& linear) {
                                    const point_vector<S, D>&, S*, index_t);                     \
   template void apply_to_directions<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&, S*, \
                                           index_t);
-CILANTRO_INSTANTIATE(float, 2)
-CILANTRO_INSTANTIATE(float, 3)
-CILANTRO_INSTANTIATE(float, dynamic)
-CILANTRO_INSTANTIATE(double, 2)
-CILANTRO_INSTANTIATE(double, 3)
-CILANTRO_INSTANTIATE(double, dynamic)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

@@ -3,6 +3,8 @@ module;
 #include <cstdint>
 #include <optional>
 #include <span>
+
+#include "core/closed_spaces.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
@@ -71,12 +73,7 @@ std::optional<moments<S, D>> closed_moments(points_view<S, D> points,
   template std::optional<moments<S, D>> closed_moments<S, D>(points_view<S, D>, const execution&); \
   template std::optional<moments<S, D>> closed_moments<S, D>(points_view<S, D>,                    \
                                                              std::span<const std::int32_t>);
-CILANTRO_INSTANTIATE(float, 2)
-CILANTRO_INSTANTIATE(float, 3)
-CILANTRO_INSTANTIATE(float, dynamic)
-CILANTRO_INSTANTIATE(double, 2)
-CILANTRO_INSTANTIATE(double, 3)
-CILANTRO_INSTANTIATE(double, dynamic)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

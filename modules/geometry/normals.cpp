@@ -7,6 +7,8 @@ module;
 #include <limits>
 #include <numbers>
 #include <span>
+
+#include "core/closed_spaces.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
@@ -203,12 +205,7 @@ void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint
   template normals_result<S, D> closed_normals<S, D>(points_view<S, D>, const neighborhoods<S>&,  \
                                                      const normals_options&);                     \
   template void closed_orient<S, D>(points_view<S, D>, const point_vector<S, D>*, S*, index_t);
-CILANTRO_INSTANTIATE(float, 2)
-CILANTRO_INSTANTIATE(float, 3)
-CILANTRO_INSTANTIATE(float, dynamic)
-CILANTRO_INSTANTIATE(double, 2)
-CILANTRO_INSTANTIATE(double, 3)
-CILANTRO_INSTANTIATE(double, dynamic)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

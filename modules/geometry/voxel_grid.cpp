@@ -12,6 +12,8 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "core/closed_spaces.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
@@ -278,12 +280,7 @@ point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const p
                                                        const execution&);                      \
   template point_matrix<S, D> closed_group_directions<S, D>(                                   \
       points_view<S, D>, const point_groups&, const execution&);
-CILANTRO_INSTANTIATE(float, 2)
-CILANTRO_INSTANTIATE(float, 3)
-CILANTRO_INSTANTIATE(float, dynamic)
-CILANTRO_INSTANTIATE(double, 2)
-CILANTRO_INSTANTIATE(double, 3)
-CILANTRO_INSTANTIATE(double, dynamic)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

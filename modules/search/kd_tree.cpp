@@ -15,6 +15,8 @@ module;
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include "core/closed_spaces.hpp"
 module cilantro.search;
 
 namespace cilantro {
@@ -96,12 +98,15 @@ S search_bound(S sum) {
 template <Scalar S>
 class sorted_result {
  public:
+  using DistanceType = S;         // NOLINT: nanoflann's names, here and below
+  using IndexType = point_index;  // NOLINT
+
   sorted_result(std::span<candidate<S>> room, S limit)
       : best_{room.data()}, capacity_{room.size()}, limit_{limit}, bound_{search_bound(limit)} {}
 
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] bool full() const { return count_ == capacity_; }
-  [[nodiscard]] S worstDist() const { return bound_; }  // NOLINT: nanoflann's name
+  [[nodiscard]] S worstDist() const { return bound_; }  // NOLINT
   bool addPoint(S sum, point_index index) {             // NOLINT
     const candidate<S> next{sum, index};
     if (full() ? !(next < best_[count_ - 1]) : !(sum <= limit_)) return true;
@@ -123,6 +128,9 @@ class sorted_result {
 template <Scalar S>
 class heap_result {
  public:
+  using DistanceType = S;         // NOLINT
+  using IndexType = point_index;  // NOLINT
+
   heap_result(std::vector<candidate<S>>& heap, std::size_t capacity, S limit)
       : heap_{heap}, capacity_{capacity}, limit_{limit}, bound_{search_bound(limit)} {
     heap_.clear();
@@ -146,7 +154,9 @@ class heap_result {
     bound_ = search_bound(heap_.front().sum());
     return true;
   }
-  void sort() { std::sort(heap_.begin(), heap_.end()); }
+  /// Called by newer versions of nanoflann at the end of a search; older ones leave it to us.
+  void sort() {}
+  void finish() { std::sort(heap_.begin(), heap_.end()); }
 
  private:
   std::vector<candidate<S>>& heap_;
@@ -229,7 +239,7 @@ struct kd_tree_engine<S, D, M>::state {
     heap_result<S> result{room.heap,
                           spec.is_count_limited() ? capacity : searched.points.size() + 1, limit};
     index->findNeighbors(result, query, {});
-    result.sort();
+    result.finish();
     for (const auto& c : room.heap) write(c);
     return room.heap.size();
   }
@@ -322,11 +332,8 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
   return {std::move(offsets), std::move(indices), std::move(distances)};
 }
 
-template class kd_tree_engine<float, 2, euclidean>;
-template class kd_tree_engine<float, 3, euclidean>;
-template class kd_tree_engine<float, dynamic, euclidean>;
-template class kd_tree_engine<double, 2, euclidean>;
-template class kd_tree_engine<double, 3, euclidean>;
-template class kd_tree_engine<double, dynamic, euclidean>;
+#define CILANTRO_INSTANTIATE(S, D) template class kd_tree_engine<S, D, euclidean>;
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

@@ -119,8 +119,11 @@ done
 
 echo 'installing them with apt-get ...'
 run_apt update || fail 'apt-get update failed (see above): check the network and the sources in /etc/apt, then run this again.'
+# apt-get calls it no failure if an archive was not reached, and one may be down that is not needed.
+unreached=$(grep -o 'Failed to fetch [^ ]*' "$log" | head -n 1 || true)
+refuse() { [ -z "$unreached" ] || fail "an archive cannot be reached (${unreached,}): check the network, then run this again."; fail "$1"; }
 apt-cache show clang-22 > /dev/null 2>&1 || is_installed clang-22 ||
-  fail "clang-22 is in none of the configured archives: add Debian's security archive (suite ${VERSION_CODENAME}-security) to /etc/apt/sources.list, then run this again."
+  refuse "clang-22 is in none of the configured archives: add Debian's security archive (suite ${VERSION_CODENAME}-security) to /etc/apt/sources.list, then run this again."
 run_apt install -y --no-install-recommends "${pick[@]}" ||
-  fail 'apt-get install failed (see above): put right what it names, then run this again.'
+  refuse 'apt-get install failed (see above): put right what it names, then run this again.'
 cmake_is_new_enough || fail 'the cmake found first in PATH is still older than 3.28: put /usr/bin first, then run this again.'

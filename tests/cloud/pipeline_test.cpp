@@ -103,6 +103,29 @@ TEST_CASE("one step serves clouds of any scalar and dimension") {
   CHECK((high | halve).dimension() == 4);
 }
 
+TEST_CASE_TEMPLATE(
+    "clouds of no point, one point, equal points or only invalid ones pass every step", T,
+    ALL_SPACES) {
+  using S = typename T::scalar;
+  using matrix = point_matrix<S, T::static_dimension>;
+  const coordinates eye = Eigen::VectorXd::Ones(T::dimension).eval();
+  const auto all = remove_invalid() | voxel_downsample(0.1) | estimate_normals(knn{8}) |
+                   orient_to_viewpoint(eye) | select([](index_t) { return true; }) | cast<float>() |
+                   cast<S>();
+  const auto size_after = [&](const matrix& points) {
+    const auto result = point_cloud<S, T::static_dimension>{.points = points} | all;
+    CHECK(result.points.allFinite());
+    CHECK(result.normals.isZero(0));  // None of them determines a normal.
+    CHECK(append(result, result).size() == 2 * result.size());
+    return result.size();
+  };
+  CHECK(size_after(matrix(T::dimension, 0)) == 0);
+  CHECK(size_after(matrix::Constant(T::dimension, 1, S(0.55))) == 1);
+  CHECK(size_after(matrix::Constant(T::dimension, 50, S(0.55))) == 1);
+  CHECK(size_after(matrix::Constant(T::dimension, 50, test::nan<S>)) == 0);
+  CHECK(size_after(matrix::Constant(T::dimension, 50, -test::infinity<S>)) == 0);
+}
+
 TEST_CASE("a report has a line a stage, with the points that went in and out") {
   auto cloud = some_cloud(100);
   cloud.points(1, 7) = test::nan<float>;

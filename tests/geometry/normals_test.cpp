@@ -9,6 +9,7 @@
 #include "spaces.hpp"
 
 import cilantro;
+import simulated_room;
 import test_support;
 
 using namespace cilantro;
@@ -252,4 +253,17 @@ TEST_CASE("normals report their progress and can be stopped") {
                              .stop = stop.get_token()};
   CHECK_THROWS_AS((void)estimate_normals(points, knn{5}, {.threads = 1, .monitor = monitor}),
                   cancelled);
+}
+
+TEST_CASE("the normals of a simulated room are the room's, but at its edges") {
+  const auto frame = simulate(3, {.width = 320, .height = 240});
+  const auto eye = frame.camera.to_world.translation();
+  const auto [normals, curvature] = estimate_normals(frame.points, knn{12}, {.viewpoint = eye});
+  std::vector<double> angles;
+  for (index_t i = 0; i < normals.cols(); ++i)
+    angles.push_back(std::acos(std::clamp(normals.col(i).dot(frame.normals.col(i)), -1.0, 1.0)));
+  std::ranges::sort(angles);
+  // Planes are exact; balls and legs bend within a neighborhood; at an edge two surfaces meet.
+  CHECK(angles[angles.size() / 2] < 1e-6);
+  CHECK(angles[angles.size() * 9 / 10] < 0.05);
 }

@@ -111,8 +111,7 @@ point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::in
 
 /// The points with the given indices, with all that belongs to them; in that order, and as often as
 /// an index is named. Throws `invalid_input` for an index that is out of range.
-export template <Scalar S, int D, std::ranges::input_range R>
-  requires std::integral<std::ranges::range_value_t<R>>
+export template <Scalar S, int D, IndexRange R>
 [[nodiscard]] point_cloud<S, D> select(const point_cloud<S, D>& cloud, R&& indices) {
   expect_consistent(cloud, "select");
   std::vector<index_t> all;

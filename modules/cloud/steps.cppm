@@ -42,7 +42,7 @@ export template <Scalar S, int D, int Mode, int O>
 
 /// Keeps the points with the given indices, or those whose index satisfies a predicate.
 export template <class Which>
-  requires std::predicate<const Which&, index_t> || std::ranges::input_range<const Which&>
+  requires std::predicate<const Which&, index_t> || IndexRange<const Which&>
 [[nodiscard]] auto select(Which which) {
   return step{[which = std::move(which)]<PointCloud C>(C&& cloud) { return select(cloud, which); }};
 }

@@ -241,6 +241,11 @@ struct points_traits<R> {
   }
 };
 
+/// Indices of points. A range of bool, which looks like integers but means a mask, is not one.
+export template <class R>
+concept IndexRange = std::ranges::input_range<R> && std::integral<std::ranges::range_value_t<R>> &&
+                     !std::same_as<std::ranges::range_value_t<R>, bool>;
+
 /// Whether every coordinate of `point` is finite. Points that are not are never matched, never
 /// averaged, and counted where a result has a place for the count.
 export template <class Point>

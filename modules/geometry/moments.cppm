@@ -40,8 +40,7 @@ export template <PointsSource P>
 
 /// As above, of the points with the given indices, which may repeat.
 /// Throws `invalid_input` for an index that is out of range.
-export template <PointsSource P, std::ranges::input_range R>
-  requires std::integral<std::ranges::range_value_t<R>>
+export template <PointsSource P, IndexRange R>
 [[nodiscard]] auto mean_and_covariance(const P& points, R&& indices)
     -> std::optional<moments<scalar_of<P>, dimension_of<P>>> {
   constexpr int D = dimension_of<P>;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -67,6 +68,9 @@ bool consists_of(const C& part, const C& whole, const std::vector<index_t>& indi
 
 static_assert(PointCloud<point_cloud<float, 3>> && PointCloud<const point_cloud<double, 2>&>);
 static_assert(!PointCloud<Eigen::Matrix3Xf>);
+
+static_assert(IndexRange<std::vector<int>> && IndexRange<std::span<const std::uint8_t>>);
+static_assert(!IndexRange<std::vector<bool>>, "a mask is not a list of the points 0 and 1");
 
 TEST_CASE_TEMPLATE("selection by indices keeps everything of the selected points", T, ALL_SPACES) {
   const auto cloud = full_cloud<T>(20);

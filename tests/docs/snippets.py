@@ -6,7 +6,7 @@ snippets.py extract PAGE.md OUT.cpp    the program
 snippets.py check PAGE.md PROGRAM      runs it in a temporary folder
 
 Fences `cpp` follow each other in one function, so that later ones may use what earlier ones define;
-`cpp global` stands before it. Code in a comment `<!-- cpp ... -->` is compiled but not shown. What
+`cpp global`, and lines that import, stand before it. Code in a comment `<!-- cpp ... -->` is compiled but not shown. What
 fences `text` hold must be printed, in their order.
 """
 import pathlib
@@ -42,7 +42,9 @@ def extract(page):
     code = list(blocks(page))
     at_global = "".join(text for kind, text in code if kind == "cpp global")
     body = "".join(text for kind, text in code if kind == "cpp")
-    return f"// Made from {page.name}.{PRELUDE}\n{at_global}\nint main() {{\n{body}}}\n"
+    imports = "".join(re.findall(r"^import .*\n", body, re.M))
+    body = re.sub(r"^import .*\n", "", body, flags=re.M)
+    return f"// Made from {page.name}.{PRELUDE}\n{imports}{at_global}\nint main() {{\n{body}}}\n"
 
 
 def check(page, program):

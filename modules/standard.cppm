@@ -34,6 +34,7 @@ module;
 #include <vector>
 export module cilantro.standard;
 
+// NOLINTBEGIN(bugprone-std-namespace-modification): declared anew, not modified.
 export namespace std {
 
 using std::allocator;
@@ -159,6 +160,7 @@ using std::ranges::views::transform;
 namespace views = ranges::views;
 
 }  // namespace std
+// NOLINTEND(bugprone-std-namespace-modification)
 
 #ifdef __GLIBCXX__
 // Where libstdc++ keeps the operators of its iterators.

@@ -239,7 +239,7 @@ class header_reader {
     properties.push_back(std::move(next));
   }
 
-  number type_named(std::string_view name) const {
+  [[nodiscard]] number type_named(std::string_view name) const {
     for (const auto& [known, type] : ply::number_names)
       if (known == name) return type;
     in_.fail_at_line("\"" + std::string{name.substr(0, 40)} + "\" is no type of a PLY property");
@@ -356,14 +356,15 @@ class vertex_reader {
   /// types.
   template <class Names, class Accepts>
   bool assign(const Names& names, kind to, index_t row, Accepts accepts) {
+    std::vector<std::size_t> places;
     for (const std::string_view name : names) {
       const auto p = find(name);
       if (!p || !accepts(vertex_.properties[*p].type)) return false;
+      places.push_back(*p);
     }
-    for (const std::string_view name : names) {
-      auto& d = destinations_[*find(name)];
-      d.to = to;
-      d.row = row++;
+    for (const std::size_t p : places) {
+      destinations_[p].to = to;
+      destinations_[p].row = row++;
     }
     return true;
   }

@@ -118,7 +118,7 @@ class plane_fit {
 
  private:
   using vector = point_vector<double, D>;
-  vector at(index_t i) const { return points_[i].template cast<double>(); }
+  [[nodiscard]] vector at(index_t i) const { return points_[i].template cast<double>(); }
 
   points_view<S, D> points_;
   vector mean_;

@@ -112,7 +112,7 @@ class cell_sorter {
     find_range();
   }
 
-  point_groups group(index_t min_points) const {
+  [[nodiscard]] point_groups group(index_t min_points) const {
     const int total = std::accumulate(bits_.begin(), bits_.end(), 0);
     if (total <= 32) return group_packed<std::uint32_t>(total, min_points);
     if (total <= 64) return group_packed<std::uint64_t>(total, min_points);
@@ -161,7 +161,7 @@ class cell_sorter {
   }
 
   template <class Key>
-  point_groups group_packed(int total, index_t min_points) const {
+  [[nodiscard]] point_groups group_packed(int total, index_t min_points) const {
     return group_by<Key>(finite_, total, min_points, how_, [&](index_t i) {
       Key key = 0;
       for (index_t d = 0; d < dimension(); ++d) {
@@ -176,7 +176,7 @@ class cell_sorter {
 
   /// Where the coordinates of a cell have more than 64 bits together, what has been packed so far
   /// is replaced by its rank whenever the next axis would not fit; ranks have at most 31 bits.
-  point_groups group_wide(index_t min_points) const {
+  [[nodiscard]] point_groups group_wide(index_t min_points) const {
     std::vector<std::uint64_t> keys(finite_.size(), 0), axis(finite_.size());
     int used = 0;
     for (index_t d = 0; d < dimension(); ++d) {

@@ -53,7 +53,7 @@ struct nanoflann_metric {
                          D == dynamic ? points.dimension() : D);
   }
   template <class U, class V>
-  S accum_dist(U a, V b, std::size_t) const {
+  [[nodiscard]] S accum_dist(U a, V b, std::size_t) const {
     return M::term(static_cast<S>(a - b));
   }
 

@@ -98,14 +98,9 @@ struct header {
   std::vector<std::string> comments;
 };
 
-/// Turns a value between the byte orders of the file and of the machine.
-template <class T>
-T swap_bytes(T value) {
-  std::array<char, sizeof(T)> bytes;
-  __builtin_memcpy(bytes.data(), &value, sizeof(T));
-  for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
-  __builtin_memcpy(&value, bytes.data(), sizeof(T));
-  return value;
-}
+class byte_stream;
+
+/// Reads up to the end of the header. Throws `failure`.
+header read_header(byte_stream& in);
 
 }  // namespace cilantro::ply

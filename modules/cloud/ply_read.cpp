@@ -3,15 +3,11 @@ module;
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,267 +20,21 @@ module;
 
 #include "cloud/file.hpp"
 #include "cloud/ply_header.hpp"
+#include "cloud/ply_number.hpp"
+#include "cloud/ply_stream.hpp"
 module cilantro.cloud;
 
 namespace cilantro {
 namespace {
 
+using ply::byte_stream;
 using ply::element;
 using ply::encoding;
+using ply::load_number;
 using ply::number;
+using ply::parse_number;
 using ply::property;
-
-/// A stretch of bytes to read from front to back, of a known size, refilled piece by piece.
-class byte_stream {
- public:
-  using refill = std::function<std::size_t(char*, std::size_t)>;
-
-  byte_stream(std::filesystem::path name, std::uint64_t size, refill more)
-      : name_{std::move(name)}, size_{size}, more_{std::move(more)} {}
-
-  /// Where the next byte to be taken is in the file.
-  [[nodiscard]] std::uint64_t position() const { return loaded_ - (end_ - begin_); }
-  [[nodiscard]] std::uint64_t remaining() const { return size_ - position(); }
-  [[nodiscard]] std::uint64_t line() const { return line_; }
-  [[nodiscard]] std::uint64_t size() const { return size_; }
-
-  /// The next `count` bytes, which stay where they are until the next call.
-  const char* take(std::size_t count) {
-    if (end_ - begin_ < count) load(count);
-    if (end_ - begin_ < count) fail_at_byte("the file ends in the middle of the data");
-    const char* data = room_.data() + begin_;
-    begin_ += count;
-    return data;
-  }
-
-  void skip(std::uint64_t count) {
-    if (count > remaining()) fail_at_byte("the file ends in the middle of the data");
-    while (count > 0) {
-      const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(count, piece));
-      take(part);
-      count -= part;
-    }
-  }
-
-  /// The next line without its end, or nothing at the end of the file.
-  std::optional<std::string_view> take_line() {
-    std::size_t searched = 0;
-    for (;;) {
-      const char* first = room_.data() + begin_;
-      const std::size_t available = end_ - begin_;
-      const void* newline = available > searched
-                                ? std::memchr(first + searched, '\n', available - searched)
-                                : nullptr;
-      if (newline != nullptr || available == size_ - position()) {
-        if (newline == nullptr && available == 0) return std::nullopt;
-        std::size_t length =
-            newline ? static_cast<std::size_t>(static_cast<const char*>(newline) - first)
-                    : available;
-        begin_ += length + (newline ? 1 : 0);
-        ++line_;
-        if (length > 0 && first[length - 1] == '\r') --length;
-        return std::string_view{first, length};
-      }
-      searched = available;
-      load(available + 1);
-      if (end_ - begin_ == available) fail_at_byte("the file became shorter while it was read");
-    }
-  }
-
-  [[noreturn]] void fail_at_line(const std::string& what) const {
-    throw io_error{name_, what, file_position{file_position::unit::line, line_}};
-  }
-  [[noreturn]] void fail_at_byte(const std::string& what) const {
-    throw io_error{name_, what, file_position{file_position::unit::byte, position()}};
-  }
-
- private:
-  static constexpr std::size_t piece = std::size_t{1} << 18;
-
-  /// Makes at least `count` bytes available, if the file has them.
-  void load(std::size_t count) {
-    std::copy(room_.data() + begin_, room_.data() + end_, room_.data());
-    end_ -= begin_;
-    begin_ = 0;
-    // Lines may be long; growing by factors keeps reading one of them linear.
-    if (room_.size() < count) room_.resize(std::max({piece, count, 2 * room_.size()}));
-    const std::size_t got = more_(room_.data() + end_, room_.size() - end_);
-    end_ += got;
-    loaded_ += got;
-  }
-
-  std::filesystem::path name_;
-  std::uint64_t size_, loaded_ = 0, line_ = 0;
-  refill more_;
-  std::vector<char> room_;
-  std::size_t begin_ = 0, end_ = 0;
-};
-
-/// The words of a line.
-class word_reader {
- public:
-  explicit word_reader(std::string_view line) : rest_{line} {}
-
-  std::string_view next() {
-    const auto is_space = [](char c) {
-      return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
-    };
-    std::size_t begin = 0;
-    while (begin < rest_.size() && is_space(rest_[begin])) ++begin;
-    std::size_t end = begin;
-    while (end < rest_.size() && !is_space(rest_[end])) ++end;
-    const auto word = rest_.substr(begin, end - begin);
-    rest_.remove_prefix(end);
-    return word;
-  }
-  [[nodiscard]] bool done() { return word_reader{rest_}.next().empty(); }
-  /// What follows, without the one space that separates it.
-  [[nodiscard]] std::string_view rest() const { return rest_.substr(rest_.empty() ? 0 : 1); }
-
- private:
-  std::string_view rest_;
-};
-
-/// The header must end somewhere: a file of another kind is not read to its end in search of it.
-constexpr std::uint64_t longest_header = std::uint64_t{1} << 20;
-
-class header_reader {
- public:
-  explicit header_reader(byte_stream& in) : in_{in} {}
-
-  ply::header read() {
-    // Looked at before lines are: a file of another kind may have none.
-    if (in_.size() < 4 || std::string_view{in_.take(3), 3} != "ply")
-      in_.fail_at_byte("this is not a PLY file: it does not begin with \"ply\"");
-    if (!word_reader{line()}.done())
-      in_.fail_at_line("this is not a PLY file: its first line must be \"ply\"");
-    for (;;) {
-      word_reader words{line()};
-      const auto keyword = words.next();
-      if (keyword == "end_header") break;
-      if (keyword == "comment")
-        header_.comments.emplace_back(words.rest());
-      else if (keyword == "obj_info")
-        header_.comments.push_back("obj_info " + std::string{words.rest()});
-      else if (keyword == "format")
-        read_format(words);
-      else if (keyword == "element")
-        read_element(words);
-      else if (keyword == "property")
-        read_property(words);
-      else if (!keyword.empty())
-        in_.fail_at_line("\"" + std::string{keyword.substr(0, 40)} +
-                         "\" is no word of a PLY header");
-    }
-    if (!has_format_) in_.fail_at_line("the header names no format");
-    return std::move(header_);
-  }
-
- private:
-  std::string_view line() {
-    const auto next = in_.take_line();
-    if (!next) in_.fail_at_line("the file ends within the header");
-    if (in_.position() > longest_header)
-      in_.fail_at_line("the header does not end within a mebibyte");
-    return *next;
-  }
-
-  void read_format(word_reader& words) {
-    const auto name = words.next();
-    const auto version = words.next();
-    if (has_format_) in_.fail_at_line("the header names a second format");
-    if (name == "ascii")
-      header_.data = encoding::ascii;
-    else if (name == "binary_little_endian")
-      header_.data = encoding::little_endian;
-    else if (name == "binary_big_endian")
-      header_.data = encoding::big_endian;
-    else
-      in_.fail_at_line("the format is none of ascii, binary_little_endian and binary_big_endian");
-    if (version != "1.0") in_.fail_at_line("the version of the format is not 1.0");
-    has_format_ = true;
-  }
-
-  void read_element(word_reader& words) {
-    element next;
-    next.name = words.next();
-    const auto count = words.next();
-    const auto [end, error] =
-        std::from_chars(count.data(), count.data() + count.size(), next.count);
-    if (next.name.empty() || error != std::errc{} || end != count.data() + count.size() ||
-        !words.done())
-      in_.fail_at_line("an element needs a name and a count");
-    for (const auto& e : header_.elements)
-      if (e.name == next.name) in_.fail_at_line("the element \"" + next.name + "\" comes twice");
-    header_.elements.push_back(std::move(next));
-  }
-
-  void read_property(word_reader& words) {
-    if (header_.elements.empty()) in_.fail_at_line("a property comes before any element");
-    property next;
-    auto type = words.next();
-    next.is_list = type == "list";
-    if (next.is_list) {
-      next.count_type = type_named(words.next());
-      if (next.count_type == number::float32 || next.count_type == number::float64)
-        in_.fail_at_line("the length of a list must be an integer");
-      type = words.next();
-    }
-    next.type = type_named(type);
-    next.name = words.next();
-    if (next.name.empty() || !words.done()) in_.fail_at_line("a property needs a type and a name");
-    auto& properties = header_.elements.back().properties;
-    for (const auto& p : properties)
-      if (p.name == next.name) in_.fail_at_line("the property \"" + next.name + "\" comes twice");
-    properties.push_back(std::move(next));
-  }
-
-  [[nodiscard]] number type_named(std::string_view name) const {
-    for (const auto& [known, type] : ply::number_names)
-      if (known == name) return type;
-    in_.fail_at_line("\"" + std::string{name.substr(0, 40)} + "\" is no type of a PLY property");
-  }
-
-  byte_stream& in_;
-  ply::header header_;
-  bool has_format_ = false;
-};
-
-template <class T>
-T load_number(const char* data, bool swap) {
-  T value;
-  std::memcpy(&value, data, sizeof(T));
-  return swap ? ply::swap_bytes(value) : value;
-}
-
-/// A number written in text. Integers may be written like 3.0.
-template <class T>
-bool parse_number(std::string_view word, T& value) {
-  if (word.starts_with('+')) word.remove_prefix(1);
-  const char* end = word.data() + word.size();
-  if constexpr (std::integral<T>) {
-    const auto [rest, error] = std::from_chars(word.data(), end, value);
-    if (error == std::errc{} && rest == end) return true;
-    double real;
-    if (!parse_number(word, real) || real != std::floor(real)) return false;
-    if (!(real >= double(std::numeric_limits<T>::min()) &&
-          real <= double(std::numeric_limits<T>::max())))
-      return false;
-    value = static_cast<T>(real);
-    return true;
-  } else {
-    double real = 0;
-    const auto [rest, error] = std::from_chars(word.data(), end, real);
-    if (rest != end || word.empty()) return false;
-    // Too large for a double is an error, too small for one is nothing.
-    if (error == std::errc::result_out_of_range && word.find("e-") == word.npos &&
-        word.find("E-") == word.npos)
-      return false;
-    if (error == std::errc::result_out_of_range) real = 0;
-    value = static_cast<T>(real);
-    return error == std::errc{} || error == std::errc::result_out_of_range;
-  }
-}
+using ply::word_reader;
 
 /// Where the values of one property of the vertices go: a strided row of scalars, of colours, or an
 /// attribute of the property's own type.
@@ -582,18 +332,24 @@ void skip_element(byte_stream& in, const element& e, encoding data) {
 }
 
 template <Scalar S, int D>
-point_cloud<S, D> read_stream(byte_stream in, const ply_read_options& options) {
-  auto header = header_reader{in}.read();
-  for (const auto& e : header.elements) {
-    if (e.name != "vertex") {
-      skip_element<vertex_reader<S, D>>(in, e, header.data);
-      continue;
+point_cloud<S, D> read_stream(const std::filesystem::path& name, byte_stream in,
+                              const ply_read_options& options) {
+  try {
+    auto header = ply::read_header(in);
+    for (const auto& e : header.elements) {
+      if (e.name != "vertex") {
+        skip_element<vertex_reader<S, D>>(in, e, header.data);
+        continue;
+      }
+      auto cloud = vertex_reader<S, D>{in, e, header.data, options.monitor}.read();
+      cloud.comments = std::move(header.comments);
+      return cloud;
     }
-    auto cloud = vertex_reader<S, D>{in, e, header.data, options.monitor}.read();
-    cloud.comments = std::move(header.comments);
-    return cloud;
+    in.fail_at_line("the file has no vertices");
+  } catch (const ply::failure& f) {
+    using unit = file_position::unit;
+    throw io_error{name, f.what(), file_position{f.in_line ? unit::line : unit::byte, f.at}};
   }
-  in.fail_at_line("the file has no vertices");
 }
 
 }  // namespace
@@ -604,7 +360,7 @@ point_cloud<S, D> read_ply(const std::filesystem::path& path, const ply_read_opt
   try {
     detail::input_file file{path};
     return read_stream<S, D>(
-        {path, file.size(), [&](char* out, std::size_t count) { return file.read(out, count); }},
+        path, {file.size(), [&](char* out, std::size_t count) { return file.read(out, count); }},
         options);
   } catch (const std::system_error& error) {
     throw io_error{path, error.code().value() == EINVAL
@@ -618,7 +374,8 @@ template <Scalar S, int D>
 point_cloud<S, D> read_ply(std::span<const std::byte> bytes, const std::filesystem::path& name,
                            const ply_read_options& options) {
   std::size_t at = 0;
-  return read_stream<S, D>({name, bytes.size(),
+  return read_stream<S, D>(name,
+                           {bytes.size(),
                             [&](char* out, std::size_t count) {
                               const std::size_t part = std::min(count, bytes.size() - at);
                               std::memcpy(out, bytes.data() + at, part);

@@ -19,6 +19,7 @@ module;
 
 #include "cloud/file.hpp"
 #include "cloud/ply_header.hpp"
+#include "cloud/ply_number.hpp"
 module cilantro.cloud;
 
 namespace cilantro {

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+//
+// How a PLY file is taken apart: bytes, lines, words. A plain header, which needs nothing of any
+// module.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace cilantro::ply {
+
+/// What is wrong with the content, and the line or byte where it is.
+struct failure : std::runtime_error {
+  failure(const std::string& what, bool is_line, std::uint64_t place)
+      : std::runtime_error{what}, in_line{is_line}, at{place} {}
+  bool in_line;
+  std::uint64_t at;
+};
+
+/// A stretch of bytes to read from front to back, of a known size, refilled piece by piece.
+class byte_stream {
+ public:
+  using refill = std::function<std::size_t(char*, std::size_t)>;
+
+  byte_stream(std::uint64_t size, refill more) : size_{size}, more_{std::move(more)} {}
+
+  /// Where the next byte to be taken is in the file.
+  [[nodiscard]] std::uint64_t position() const { return loaded_ - (end_ - begin_); }
+  [[nodiscard]] std::uint64_t remaining() const { return size_ - position(); }
+  [[nodiscard]] std::uint64_t line() const { return line_; }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+
+  /// The next `count` bytes, which stay where they are until the next call.
+  const char* take(std::size_t count) {
+    if (end_ - begin_ < count) load(count);
+    if (end_ - begin_ < count) fail_at_byte("the file ends in the middle of the data");
+    const char* data = room_.data() + begin_;
+    begin_ += count;
+    return data;
+  }
+
+  void skip(std::uint64_t count) {
+    if (count > remaining()) fail_at_byte("the file ends in the middle of the data");
+    while (count > 0) {
+      const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(count, piece));
+      take(part);
+      count -= part;
+    }
+  }
+
+  /// The next line without its end, or nothing at the end of the file.
+  std::optional<std::string_view> take_line() {
+    std::size_t searched = 0;
+    for (;;) {
+      const char* first = room_.data() + begin_;
+      const std::size_t available = end_ - begin_;
+      const void* newline = available > searched
+                                ? std::memchr(first + searched, '\n', available - searched)
+                                : nullptr;
+      if (newline != nullptr || available == size_ - position()) {
+        if (newline == nullptr && available == 0) return std::nullopt;
+        std::size_t length =
+            newline ? static_cast<std::size_t>(static_cast<const char*>(newline) - first)
+                    : available;
+        begin_ += length + (newline ? 1 : 0);
+        ++line_;
+        if (length > 0 && first[length - 1] == '\r') --length;
+        return std::string_view{first, length};
+      }
+      searched = available;
+      load(available + 1);
+      if (end_ - begin_ == available) fail_at_byte("the file became shorter while it was read");
+    }
+  }
+
+  [[noreturn]] void fail_at_line(const std::string& what) const {
+    throw failure{what, true, line_};
+  }
+  [[noreturn]] void fail_at_byte(const std::string& what) const {
+    throw failure{what, false, position()};
+  }
+
+ private:
+  static constexpr std::size_t piece = std::size_t{1} << 18;
+
+  /// Makes at least `count` bytes available, if the file has them.
+  void load(std::size_t count) {
+    std::copy(room_.data() + begin_, room_.data() + end_, room_.data());
+    end_ -= begin_;
+    begin_ = 0;
+    // Lines may be long; growing by factors keeps reading one of them linear.
+    if (room_.size() < count) room_.resize(std::max({piece, count, 2 * room_.size()}));
+    const std::size_t got = more_(room_.data() + end_, room_.size() - end_);
+    end_ += got;
+    loaded_ += got;
+  }
+
+  std::uint64_t size_, loaded_ = 0, line_ = 0;
+  refill more_;
+  std::vector<char> room_;
+  std::size_t begin_ = 0, end_ = 0;
+};
+
+/// The words of a line.
+class word_reader {
+ public:
+  explicit word_reader(std::string_view line) : rest_{line} {}
+
+  std::string_view next() {
+    const auto is_space = [](char c) {
+      return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+    };
+    std::size_t begin = 0;
+    while (begin < rest_.size() && is_space(rest_[begin])) ++begin;
+    std::size_t end = begin;
+    while (end < rest_.size() && !is_space(rest_[end])) ++end;
+    const auto word = rest_.substr(begin, end - begin);
+    rest_.remove_prefix(end);
+    return word;
+  }
+  [[nodiscard]] bool done() { return word_reader{rest_}.next().empty(); }
+  /// What follows, without the one space that separates it.
+  [[nodiscard]] std::string_view rest() const { return rest_.substr(rest_.empty() ? 0 : 1); }
+
+ private:
+  std::string_view rest_;
+};
+
+}  // namespace cilantro::ply

@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -82,8 +83,9 @@ class header_reader {
     if (next.name.empty() || error != std::errc{} || end != count.data() + count.size() ||
         !words.done())
       in_.fail_at_line("an element needs a name and a count");
-    for (const auto& e : header_.elements)
-      if (e.name == next.name) in_.fail_at_line("the element \"" + next.name + "\" comes twice");
+    if (!elements_.insert(next.name).second)
+      in_.fail_at_line("the element \"" + next.name + "\" comes twice");
+    properties_.clear();
     header_.elements.push_back(std::move(next));
   }
 
@@ -101,10 +103,9 @@ class header_reader {
     next.type = type_named(type);
     next.name = words.next();
     if (next.name.empty() || !words.done()) in_.fail_at_line("a property needs a type and a name");
-    auto& properties = header_.elements.back().properties;
-    for (const auto& p : properties)
-      if (p.name == next.name) in_.fail_at_line("the property \"" + next.name + "\" comes twice");
-    properties.push_back(std::move(next));
+    if (!properties_.insert(next.name).second)
+      in_.fail_at_line("the property \"" + next.name + "\" comes twice");
+    header_.elements.back().properties.push_back(std::move(next));
   }
 
   [[nodiscard]] number type_named(std::string_view name) const {
@@ -115,6 +116,8 @@ class header_reader {
 
   byte_stream& in_;
   header header_;
+  /// The names so far: of elements, and of the properties of the last of them.
+  std::set<std::string> elements_, properties_;
   bool has_format_ = false;
 };
 

@@ -65,13 +65,16 @@ std::vector<column> columns_of(const point_cloud<S, D>& cloud, bool float_colors
   for (const auto& a : cloud.attributes)
     std::visit([&](const auto& values) { columns.push_back({a.name, values.data()}); }, a.values);
 
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::string& name = columns[i].name;
-    expects(!name.empty() && name.find_first_of(" \t\r\n\v\f") == name.npos,
-            "write_ply: the attribute \"" + name + "\" has a name that PLY cannot hold");
-    for (std::size_t j = 0; j < i; ++j)
-      expects(columns[j].name != name, "write_ply: there would be two properties \"" + name + '"');
+  std::vector<std::string_view> names;
+  for (const column& c : columns) {
+    expects(!c.name.empty() && c.name.find_first_of(" \t\r\n\v\f") == c.name.npos,
+            "write_ply: the attribute \"" + c.name + "\" has a name that PLY cannot hold");
+    names.push_back(c.name);
   }
+  std::ranges::sort(names);
+  const auto twice = std::ranges::adjacent_find(names);
+  if (twice != names.end())
+    throw invalid_input{"write_ply: there would be two properties \"" + std::string{*twice} + '"'};
   return columns;
 }
 

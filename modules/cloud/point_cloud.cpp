@@ -6,6 +6,7 @@ module;
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/closed_spaces.hpp"
@@ -21,14 +22,17 @@ void expect_consistent(index_t points, index_t normals, index_t colors,
   };
   if (normals != 0 && normals != points) throw invalid_input{differ(normals, "normals")};
   if (colors != 0 && colors != points) throw invalid_input{differ(colors, "colors")};
-  for (std::size_t i = 0; i < attributes.size(); ++i) {
-    const attribute& a = attributes[i];
+  std::vector<std::string_view> names;
+  for (const attribute& a : attributes) {
     if (a.size() != points)
       throw invalid_input{differ(a.size(), "values of the attribute \"" + a.name + '"')};
-    for (const auto& earlier : attributes.first(i))
-      if (earlier.name == a.name)
-        throw invalid_input{std::string{who} + ": the cloud has two attributes \"" + a.name + '"'};
+    names.push_back(a.name);
   }
+  std::ranges::sort(names);
+  const auto twice = std::ranges::adjacent_find(names);
+  if (twice != names.end())
+    throw invalid_input{std::string{who} + ": the cloud has two attributes \"" +
+                        std::string{*twice} + '"'};
 }
 
 template <Scalar S, int D>

@@ -9,7 +9,9 @@ using namespace cilantro;
 
 namespace {
 
-points_view<float, 3> points() { return {frame().data(), std::ssize(frame()) / 3}; }
+points_view<float, 3> points() {
+  return {frame().data(), std::ssize(frame()) / 3};
+}
 
 void tree_build(benchmark::State& state) {
   for (auto _ : state) {
@@ -33,16 +35,19 @@ void search(benchmark::State& state, Spec spec) {
   }
   report_result(state, sum);
 }
-void knn_of_all(benchmark::State& state) { search(state, knn{neighbor_count}); }
+void knn_of_all(benchmark::State& state) {
+  search(state, knn{neighbor_count});
+}
 CILANTRO_BENCHMARK(knn_of_all);
-void radius_of_all(benchmark::State& state) { search(state, radius{voxel_edge}); }
+void radius_of_all(benchmark::State& state) {
+  search(state, radius{voxel_edge});
+}
 CILANTRO_BENCHMARK(radius_of_all);
 
 void normals(benchmark::State& state) {
   double sum = 0;
   for (auto _ : state) {
-    const auto found =
-        estimate_normals(points(), knn{neighbor_count}, {.viewpoint = {{0, 0, 0}}});
+    const auto found = estimate_normals(points(), knn{neighbor_count}, {.viewpoint = {{0, 0, 0}}});
     benchmark::DoNotOptimize(found.normals.data());
     state.PauseTiming();
     sum = found.normals.row(2).cast<double>().cwiseAbs().sum();

@@ -23,8 +23,10 @@ static_assert(
     "linking the CMake target cilantro::cilantro sets it");
 static_assert(
     EIGEN_MALLOC_ALREADY_ALIGNED == CILANTRO_EIGEN_MALLOC_ALREADY_ALIGNED,
-    "Eigen allocates in another way here than in the compiled cilantro, because only one of "
-    "them is compiled for AVX (-march=native): build cilantro with the same flag");
+    "Eigen allocates in another way here than in the compiled cilantro, because only one of them "
+    "is "
+    "compiled for AVX (-march=native) or with the address sanitizer: build cilantro with the same "
+    "flags");
 
 export namespace Eigen {
 

@@ -3,4 +3,6 @@
 
 import cilantro;
 
-int unit() { return 0; }
+int unit() {
+  return 0;
+}

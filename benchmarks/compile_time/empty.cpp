@@ -1,2 +1,4 @@
 // SPDX-License-Identifier: MIT
-int unit() { return 0; }
+int unit() {
+  return 0;
+}

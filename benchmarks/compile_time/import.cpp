@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
 import cilantro;
 
-int unit() { return 0; }
+int unit() {
+  return 0;
+}

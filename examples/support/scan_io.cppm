@@ -18,11 +18,17 @@ export struct scan {
   cilantro::pinhole_camera<float> camera;
 };
 
-/// The length of the diagonal of the box around the finite points; 1 if there is no such box.
-export double diagonal(const cilantro::point_cloud<float, 3>& cloud) {
+/// The box around the finite points; empty if there are none.
+Eigen::AlignedBox3f bounds(const cilantro::point_cloud<float, 3>& cloud) {
   Eigen::AlignedBox3f box;
   for (const auto& p : cilantro::as_points(cloud.points))
     if (cilantro::is_finite(p)) box.extend(p.eval());
+  return box;
+}
+
+/// The length of the diagonal of the box around the finite points; 1 if there is no such box.
+export double diagonal(const cilantro::point_cloud<float, 3>& cloud) {
+  const auto box = bounds(cloud);
   const double length = box.isEmpty() ? 0 : double(box.sizes().norm());
   return length > 0 ? length : 1;
 }
@@ -50,9 +56,7 @@ export scan open_scan(const std::filesystem::path& path) {
     return result;
   }
   result.cloud = cilantro::read_ply<float>(path);
-  Eigen::AlignedBox3f box;
-  for (const auto& p : cilantro::as_points(result.cloud.points))
-    if (cilantro::is_finite(p)) box.extend(p.eval());
+  const auto box = bounds(result.cloud);
   result.camera = {640, 480, 700, 700, 320, 240};
   if (!box.isEmpty()) {
     // y up and looking down z, as most models lie.

@@ -7,8 +7,10 @@ module;
 #include <cstdint>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -69,6 +71,12 @@ attribute reduce(const attribute& all, const point_groups& groups) {
                           return reduced;
                         },
                         all.values)};
+}
+
+std::optional<std::string_view> repeated_name(std::vector<std::string_view> names) {
+  std::ranges::sort(names);
+  const auto twice = std::ranges::adjacent_find(names);
+  return twice != names.end() ? std::optional{*twice} : std::nullopt;
 }
 
 attribute concatenate(attribute a, const attribute& b) {

@@ -20,9 +20,9 @@ namespace cilantro::ply {
 template <class T>
 T swap_bytes(T value) {
   std::array<char, sizeof(T)> bytes;
-  __builtin_memcpy(bytes.data(), &value, sizeof(T));
+  std::memcpy(bytes.data(), &value, sizeof(T));
   for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
-  __builtin_memcpy(&value, bytes.data(), sizeof(T));
+  std::memcpy(&value, bytes.data(), sizeof(T));
   return value;
 }
 

@@ -36,7 +36,6 @@ class byte_stream {
   /// Where the next byte to be taken is in the file.
   [[nodiscard]] std::uint64_t position() const { return loaded_ - (end_ - begin_); }
   [[nodiscard]] std::uint64_t remaining() const { return size_ - position(); }
-  [[nodiscard]] std::uint64_t line() const { return line_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
   /// The next `count` bytes, which stay where they are until the next call.

@@ -14,6 +14,7 @@ module;
 #include <string_view>
 #include <system_error>
 #include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -71,9 +72,7 @@ std::vector<column> columns_of(const point_cloud<S, D>& cloud, bool float_colors
             "write_ply: the attribute \"" + c.name + "\" has a name that PLY cannot hold");
     names.push_back(c.name);
   }
-  std::ranges::sort(names);
-  const auto twice = std::ranges::adjacent_find(names);
-  if (twice != names.end())
+  if (const auto twice = repeated_name(std::move(names)))
     throw invalid_input{"write_ply: there would be two properties \"" + std::string{*twice} + '"'};
   return columns;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/closed_spaces.hpp"
@@ -28,9 +28,7 @@ void expect_consistent(index_t points, index_t normals, index_t colors,
       throw invalid_input{differ(a.size(), "values of the attribute \"" + a.name + '"')};
     names.push_back(a.name);
   }
-  std::ranges::sort(names);
-  const auto twice = std::ranges::adjacent_find(names);
-  if (twice != names.end())
+  if (const auto twice = repeated_name(std::move(names)))
     throw invalid_input{std::string{who} + ": the cloud has two attributes \"" +
                         std::string{*twice} + '"'};
 }

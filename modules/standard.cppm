@@ -7,6 +7,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <compare>
@@ -89,9 +90,12 @@ using std::random_access_iterator_tag;
 
 using std::abs;
 using std::all_of;
+using std::asin;
+using std::bit_cast;
 using std::cmp_greater_equal;
 using std::cmp_less;
 using std::construct_at;
+using std::copy_n;
 using std::declval;
 using std::exchange;
 using std::floor;
@@ -107,6 +111,8 @@ using std::max;
 using std::min;
 using std::move;
 using std::nullopt;
+using std::remainder;
+using std::sin;
 using std::sqrt;
 using std::ssize;
 using std::to_string;
@@ -146,11 +152,15 @@ using std::ranges::is_sorted;
 using std::ranges::iter_swap;
 using std::ranges::iterator_t;
 using std::ranges::lower_bound;
+using std::ranges::make_heap;
 using std::ranges::partial_sort;
+using std::ranges::pop_heap;
+using std::ranges::push_heap;
 using std::ranges::random_access_range;
 using std::ranges::range_value_t;
 using std::ranges::size;
 using std::ranges::sized_range;
+using std::ranges::sort;
 using std::ranges::view_interface;
 namespace views {
 using std::ranges::views::iota;

@@ -21,7 +21,6 @@ ninja-build|the build tool; the only one with which CMake builds modules
 libc6-dev|the C library headers
 libstdc++-dev|the C++ standard library headers
 libeigen3-dev|Eigen, the linear algebra
-libnanoflann-dev|nanoflann, the kd-tree under neighbour search
 libpng-dev|libpng, for depth images and pictures
 '
 packages_to_test='
@@ -34,6 +33,7 @@ libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
 '
 packages_to_benchmark='
 libbenchmark-dev|Google Benchmark
+libnanoflann-dev|nanoflann, to compare with
 '
 
 mode=${1:-run}

@@ -11,15 +11,22 @@ namespace cilantro {
 
 /// Looks at every point for every query: the truth that other searchers are tested against, and the
 /// fastest way for a few dozen points. O(N) a query. Views its points, which must outlive it.
-export template <Scalar S, int D, Metric M = euclidean>
+///
+/// By any `Metric`: `brute_force_searcher{points, [](const auto& a, const auto& b) { … }}`.
+export template <Scalar S, int D, Metric<S, D> M = euclidean>
 class brute_force_searcher {
  public:
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  explicit brute_force_searcher(points_view<S, D> points) : points_{points} {}
+  /// Throws `invalid_input` for points of another dimension than the metric is for.
+  explicit brute_force_searcher(points_view<S, D> points, const M& metric = {})
+      : points_{points}, metric_{metric} {
+    if (!points.empty()) expect_dimension<M>(points.dimension());
+  }
   template <BorrowedPoints P>
-  explicit brute_force_searcher(P&& points) : brute_force_searcher{as_points(points)} {}
+  explicit brute_force_searcher(P&& points, const M& metric = {})
+      : brute_force_searcher{as_points(points), metric} {}
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t dimension() const { return points_.dimension(); }
@@ -32,25 +39,29 @@ class brute_force_searcher {
     expects(query.size() == dimension(), "find: query and points must have the same dimension");
     const S largest = largest_searchable_coordinate<S>(dimension());
     if (!is_searchable(query.data(), dimension(), largest)) return;
-    const S limit = M::sum(static_cast<S>(spec.max_distance()));
+    const ordering<S, D, M> by{metric_};
+    const S limit = by.limit(spec.max_distance());
     for (index_t i = 0; i < size(); ++i) {
       const S* point = points_.data() + i * points_.stride();
       if (!is_searchable(point, dimension(), largest)) continue;
-      const S sum = metric_sum<M>(query.data(), point, dimension());
+      const S sum = by.between(query.data(), point, dimension());
       if (sum <= limit) out.push_back({i, sum});
     }
     const auto count = std::min(spec.max_count(), std::ssize(out));
     std::ranges::partial_sort(out, out.begin() + count, {},
                               [](const neighbor<S>& n) { return std::pair{n.distance, n.index}; });
     out.resize(static_cast<std::size_t>(count));
-    for (auto& n : out) n.distance = M::distance(n.distance);
+    for (auto& n : out) n.distance = by.distance(n.distance);
   }
 
  private:
   points_view<S, D> points_;
+  M metric_;
 };
 export template <PointsSource P>
 brute_force_searcher(P&&) -> brute_force_searcher<scalar_of<P>, dimension_of<P>>;
+export template <PointsSource P, Metric<scalar_of<P>, dimension_of<P>> M>
+brute_force_searcher(P&&, M) -> brute_force_searcher<scalar_of<P>, dimension_of<P>, M>;
 
 static_assert(NeighborSearcher<brute_force_searcher<float, 3>>);
 static_assert(NeighborSearcher<brute_force_searcher<double, dynamic>>);

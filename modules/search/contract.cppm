@@ -17,15 +17,15 @@ export struct contract_options {
 
 /// Compares one searcher with the truth, a query and a specification at a time, and collects what
 /// differs. Distances may differ by rounding, since nobody has to sum them in our order.
-template <NeighborSearcher T, Metric M>
+template <NeighborSearcher T, Metric<typename T::scalar, T::static_dimension> M>
 class searcher_contract {
  public:
   using scalar = typename T::scalar;
   using view_type = points_view<scalar, T::static_dimension>;
   using query_type = point_vector<scalar, T::static_dimension>;
 
-  searcher_contract(const T& searcher, view_type points)
-      : searcher_{searcher}, points_{points}, truth_{points} {}
+  searcher_contract(const T& searcher, view_type points, const M& metric)
+      : searcher_{searcher}, points_{points}, by_{metric}, truth_{points, metric} {}
 
   void check(const query_type& query, neighborhood_spec spec, const std::string& what) {
     // What an earlier search has left in `found` must not be seen again.
@@ -45,7 +45,7 @@ class searcher_contract {
       return;
     expect(std::ranges::all_of(found,
                                [&](const auto& n) {
-                                 return is_close(n.distance, M::distance(sum_to(query, n.index)));
+                                 return is_close(n.distance, by_.distance(sum_to(query, n.index)));
                                }),
            "a distance is not that of its point");
     expect(std::ranges::adjacent_find(found,
@@ -81,26 +81,30 @@ class searcher_contract {
     return std::abs(a - b) <= 64 * std::numeric_limits<scalar>::epsilon() * std::max(a, b);
   }
   [[nodiscard]] scalar sum_to(const query_type& query, index_t i) const {
-    return metric_sum<M>(query.data(), points_.data() + i * points_.stride(), points_.dimension());
+    return by_.between(query.data(), points_.data() + i * points_.stride(), points_.dimension());
   }
 
   const T& searcher_;
   view_type points_;
+  ordering<scalar, T::static_dimension, M> by_;
   brute_force_searcher<scalar, T::static_dimension, M> truth_;
   std::vector<std::string> violations_;
 };
 
 /// Tests a searcher of yours, built from `points`, against what `NeighborSearcher` says it does:
 /// counts, order, radii, repeated searches, queries that are not finite, k of 0 and beyond N.
-/// Returns a sentence for each violation; none means that it may be used wherever a `kd_tree` may.
-/// Give points with duplicates and non-finite ones to test those too. O(queries · N).
-export template <Metric M = euclidean, NeighborSearcher T, PointsSource P>
-[[nodiscard]] std::vector<std::string> check_neighbor_searcher(
-    const T& searcher, const P& points, const contract_options& options = {}) {
+/// The truth is by `metric`. Returns a sentence for each violation; none means that it may be used
+/// wherever a `kd_tree` may. Give points with duplicates and non-finite ones to test those too.
+/// O(queries · N).
+export template <NeighborSearcher T, PointsSource P,
+                 Metric<typename T::scalar, T::static_dimension> M = euclidean>
+[[nodiscard]] std::vector<std::string> check_neighbor_searcher(const T& searcher, const P& points,
+                                                               const contract_options& options = {},
+                                                               const M& metric = {}) {
   using S = typename T::scalar;
   using contract = searcher_contract<T, M>;
   const typename contract::view_type view = points_in(points);
-  contract test{searcher, view};
+  contract test{searcher, view, metric};
   auto& violations = test.violations();
   if (index_t(searcher.size()) != view.size())
     violations.emplace_back("size() is not the number of points");

@@ -2,17 +2,11 @@
 module;
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory>
-#include <nanoflann.hpp>
-#include <optional>
-#include <span>
-#include <type_traits>
+#include <numeric>
+#include <stop_token>
 #include <utility>
 #include <vector>
 
@@ -22,318 +16,180 @@ module cilantro.search;
 namespace cilantro {
 namespace {
 
-using point_index = std::uint32_t;
-
-/// What nanoflann asks of a point set and of a metric, in one.
-template <Scalar S, int D, Metric M>
-struct nanoflann_points {
-  points_view<S, D> points;
-
-  [[nodiscard]] std::size_t kdtree_get_point_count() const {
-    return static_cast<std::size_t>(points.size());
-  }
-  [[nodiscard]] S kdtree_get_pt(std::size_t i, std::size_t d) const {
-    return points.data()[static_cast<index_t>(i) * points.stride() + static_cast<index_t>(d)];
-  }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
+/// A coordinate and the place of its point: what a node is cut by. Equal coordinates are told apart
+/// by place, so that every cut is determined.
+template <Scalar S>
+struct keyed_place {
+  S value;
+  std::int32_t place;
+  friend bool operator<(const keyed_place& a, const keyed_place& b) {
+    return a.value < b.value || (a.value == b.value && a.place < b.place);
   }
 };
 
-template <Scalar S, int D, Metric M>
-struct nanoflann_metric {
-  using ElementType = S;   // NOLINT: nanoflann's names
-  using DistanceType = S;  // NOLINT
-
-  nanoflann_metric(const nanoflann_points<S, D, M>& all) : points{all.points} {}  // NOLINT
-
-  S evalMetric(const S* query, point_index i, std::size_t) const {  // NOLINT
-    return metric_sum<M>(query, points.data() + index_t{i} * points.stride(),
-                         D == dynamic ? points.dimension() : D);
-  }
-  template <class U, class V>
-  [[nodiscard]] S accum_dist(U a, V b, std::size_t) const {
-    return M::term(static_cast<S>(a - b));
-  }
-
-  points_view<S, D> points;
-};
-
-/// nanoflann sums the distance to a box along the way, in another order than the distance to a
-/// point is summed; this much slack keeps it from dropping a box whose points tie with the worst so
-/// far.
-template <Scalar S>
-inline constexpr S slack = 1 + 256 * std::numeric_limits<S>::epsilon();
-
-/// A point that may be among the neighbours: first its sum, then its index, in one integer, whose
-/// order is theirs, since the bits of floating numbers that are not negative are ordered like them.
-template <Scalar S>
-class candidate {
+/// Sorts the searchable points of a tree into the order of its leaves, level by level. Points move
+/// from one pair of arrays to the other at each level, so that what a node reads is adjacent.
+template <Scalar S, int D>
+class tree_builder {
  public:
-  candidate() = default;
-  candidate(S sum, point_index index)
-      : key_{key{std::bit_cast<sum_bits>(sum)} << index_bits | index} {}
-
-  [[nodiscard]] S sum() const {
-    return std::bit_cast<S>(static_cast<sum_bits>(key_ >> index_bits));
-  }
-  [[nodiscard]] point_index index() const { return static_cast<point_index>(key_); }
-  friend auto operator<=>(candidate a, candidate b) = default;
-
- private:
-  using sum_bits = std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>;
-  using key = std::conditional_t<sizeof(S) == 4, std::uint64_t, unsigned __int128>;
-  static constexpr int index_bits = 32;
-  key key_;
-};
-
-/// How far nanoflann has to look: a little farther than `sum`, as it leaves out what is just there.
-template <Scalar S>
-S search_bound(S sum) {
-  return sum * slack<S> + std::numeric_limits<S>::min();
-}
-
-/// The best k so far in a sorted array: the fastest way while k is small.
-template <Scalar S>
-class sorted_result {
- public:
-  using DistanceType = S;         // NOLINT: nanoflann's names, here and below
-  using IndexType = point_index;  // NOLINT
-
-  sorted_result(std::span<candidate<S>> room, S limit)
-      : best_{room.data()}, capacity_{room.size()}, limit_{limit}, bound_{search_bound(limit)} {}
-
-  [[nodiscard]] std::size_t size() const { return count_; }
-  [[nodiscard]] bool full() const { return count_ == capacity_; }
-  [[nodiscard]] S worstDist() const { return bound_; }  // NOLINT
-  bool addPoint(S sum, point_index index) {             // NOLINT
-    const candidate<S> next{sum, index};
-    if (full() ? !(next < best_[count_ - 1]) : !(sum <= limit_)) return true;
-    std::size_t at = full() ? count_ - 1 : count_++;
-    for (; at > 0 && next < best_[at - 1]; --at) best_[at] = best_[at - 1];
-    best_[at] = next;
-    if (full()) bound_ = search_bound(best_[count_ - 1].sum());
-    return true;
-  }
-  void sort() {}
-
- private:
-  candidate<S>* best_;
-  std::size_t capacity_, count_ = 0;
-  S limit_, bound_;
-};
-
-/// The best k so far in a heap, for large k, also for all within a radius.
-template <Scalar S>
-class heap_result {
- public:
-  using DistanceType = S;         // NOLINT
-  using IndexType = point_index;  // NOLINT
-
-  heap_result(std::vector<candidate<S>>& heap, std::size_t capacity, S limit)
-      : heap_{heap}, capacity_{capacity}, limit_{limit}, bound_{search_bound(limit)} {
-    heap_.clear();
+  tree_builder(kd_tree_nodes<S, D>& tree, const kd_tree_options& options)
+      : tree_{tree}, how_{options.threads, options.monitor} {
+    const index_t n = tree_.searchable();
+    const auto leaves = [&] { return index_t{1} << tree_.levels; };
+    // No leaf may be empty, even if that leaves two points where one is asked for.
+    while (n > leaves() * options.max_leaf_size && 2 * leaves() <= n) ++tree_.levels;
+    tree_.cuts.resize((std::size_t{1} << tree_.levels) - 1);
+    arrays_[0] = {tree_.coordinates.data(), tree_.indices.data()};
+    if (tree_.levels == 0) return;
+    other_coordinates_.resize(tree_.coordinates.size());
+    other_indices_.resize(tree_.indices.size());
+    arrays_[1] = {other_coordinates_.data(), other_indices_.data()};
   }
 
-  [[nodiscard]] std::size_t size() const { return heap_.size(); }
-  [[nodiscard]] bool full() const { return heap_.size() == capacity_; }
-  [[nodiscard]] S worstDist() const { return bound_; }  // NOLINT
-  bool addPoint(S sum, point_index index) {             // NOLINT
-    const candidate<S> next{sum, index};
-    if (!full()) {
-      if (!(sum <= limit_)) return true;
-      heap_.push_back(next);
-      if (!full()) return true;
-      std::make_heap(heap_.begin(), heap_.end());
-    } else if (next < heap_.front()) {
-      std::pop_heap(heap_.begin(), heap_.end());
-      heap_.back() = next;
-      std::push_heap(heap_.begin(), heap_.end());
+  void build() {
+    // Few large nodes first, a level at a time; then many subtrees, each of which stays in a cache.
+    constexpr int shared_levels = 8;
+    const int levels = tree_.levels, shared = std::min(levels, shared_levels);
+    const auto report = [&](double done) {
+      if (how_.monitor.progress) how_.monitor.progress(done);
+    };
+    for (int level = 0; level < shared; ++level) {
+      parallel_blocks(index_t{1} << level, 1, {how_.threads, {{}, how_.monitor.stop}},
+                      [&](index_t k, index_t, index_t) { split(level, k); });
+      report(double(level + 1) / double(levels + 1));
     }
-    bound_ = search_bound(heap_.front().sum());
-    return true;
+    if (shared < levels)
+      parallel_blocks(index_t{1} << shared, 1, {how_.threads, {{}, how_.monitor.stop}},
+                      [&](index_t k, index_t, index_t) { split_all(shared, k); });
+    if (levels % 2 == 1) {
+      tree_.coordinates.swap(other_coordinates_);
+      tree_.indices.swap(other_indices_);
+    }
+    report(1);
   }
-  /// Called by newer versions of nanoflann at the end of a search; older ones leave it to us.
-  void sort() {}
-  void finish() { std::sort(heap_.begin(), heap_.end()); }
 
  private:
-  std::vector<candidate<S>>& heap_;
-  std::size_t capacity_;
-  S limit_, bound_;
-};
+  struct arrays {
+    S* coordinates;
+    std::int32_t* indices;
+  };
+  struct extent {
+    index_t axis;
+    S low, high;
+  };
 
-/// Beyond this many neighbours, moving a sorted array costs more than a heap.
-constexpr std::size_t most_sorted = 64;
+  [[nodiscard]] index_t dimension() const { return D == dynamic ? tree_.dimension : D; }
 
-/// What a thread needs from query to query.
-template <Scalar S>
-struct scratch {
-  std::array<candidate<S>, most_sorted> sorted;
-  std::vector<candidate<S>> heap;
+  void split_all(int level, index_t k) {
+    split(level, k);
+    if (level + 1 == tree_.levels) return;
+    split_all(level + 1, 2 * k);
+    split_all(level + 1, 2 * k + 1);
+  }
+
+  /// The axis along which the points from `first` on spread most.
+  [[nodiscard]] extent widest_axis(const S* first, index_t count) const {
+    point_vector<S, D> low = Eigen::Map<const point_vector<S, D>>{first, dimension()}, high = low;
+    for (index_t i = 1; i < count; ++i)
+      for (index_t d = 0; d < dimension(); ++d) {
+        const S value = first[i * dimension() + d];
+        low[d] = std::min(low[d], value);
+        high[d] = std::max(high[d], value);
+      }
+    index_t widest = 0;
+    (high - low).maxCoeff(&widest);
+    return {widest, low[widest], high[widest]};
+  }
+
+  void split(int level, index_t k) {
+    const index_t begin = tree_.begin(level, k), end = tree_.begin(level, k + 1);
+    const index_t first_half = tree_.begin(level + 1, 2 * k + 1) - begin;
+    const arrays from = arrays_[level % 2], to = arrays_[1 - level % 2];
+    const auto [axis, low, high] = widest_axis(from.coordinates + begin * dimension(), end - begin);
+    const auto value = [&](index_t i) { return from.coordinates[i * dimension() + axis]; };
+    const auto median = select(begin, end, first_half, low, high, value);
+
+    auto& cut = tree_.cuts[(std::size_t{1} << level) - 1 + static_cast<std::size_t>(k)];
+    cut = {low, median.value, static_cast<std::int32_t>(axis)};
+    index_t next[2] = {begin, begin + first_half};
+    for (index_t i = begin; i < end; ++i) {
+      const S v = value(i);
+      const bool second = !(keyed_place<S>{v, static_cast<std::int32_t>(i)} < median);
+      cut.low = second ? cut.low : std::max(cut.low, v);
+      const index_t place = next[second]++;
+      std::copy_n(from.coordinates + i * dimension(), dimension(),
+                  to.coordinates + place * dimension());
+      to.indices[place] = from.indices[i];
+    }
+  }
+
+  /// The one of the points `begin` to `end` that `nth` others come before along an axis on which
+  /// all lie between `low` and `high`. A histogram leaves few of them to be ordered.
+  template <class Value>
+  [[nodiscard]] keyed_place<S> select(index_t begin, index_t end, index_t nth, S low, S high,
+                                      Value value) const {
+    const int bins = end - begin > 4096 ? 256 : 32;
+    const S scale = S(bins - 1) / (high - low);
+    const bool spread = end - begin > 2 * bins && scale < std::numeric_limits<S>::max();
+    const auto bin = [&](S v) { return static_cast<std::size_t>((v - low) * scale); };
+    std::array<std::int32_t, 256> count{};
+    std::size_t wanted = 0;
+    if (spread) {
+      for (index_t i = begin; i < end; ++i) ++count[bin(value(i))];
+      for (; nth >= count[wanted]; ++wanted) nth -= count[wanted];
+    }
+    buffer<keyed_place<S>> keys;
+    keys.reserve(static_cast<std::size_t>(spread ? count[wanted] : end - begin));
+    for (index_t i = begin; i < end; ++i)
+      if (!spread || bin(value(i)) == wanted)
+        keys.push_back({value(i), static_cast<std::int32_t>(i)});
+    std::nth_element(keys.begin(), keys.begin() + nth, keys.end());
+    return keys[static_cast<std::size_t>(nth)];
+  }
+
+  kd_tree_nodes<S, D>& tree_;
+  execution how_;
+  buffer<S> other_coordinates_;
+  buffer<std::int32_t> other_indices_;
+  arrays arrays_[2] = {};
 };
 
 }  // namespace
 
-template <Scalar S, int D, Metric M>
-struct kd_tree_engine<S, D, M>::state {
-  using points_type = nanoflann_points<S, D, M>;
-  using index_type =
-      nanoflann::KDTreeSingleIndexAdaptor<nanoflann_metric<S, D, M>, points_type, D, point_index>;
-
-  state(points_view<S, D> view, kd_tree_options options) : all{view} { build(options); }
-  state(point_matrix<S, D>&& matrix, kd_tree_options options) : owned{std::move(matrix)} {
-    all = as_points(owned);
-    build(options);
+template <Scalar S, int D>
+kd_tree_nodes<S, D>::kd_tree_nodes(points_view<S, D> points, const kd_tree_options& options)
+    : size{points.size()},
+      dimension{points.dimension()},
+      largest{largest_searchable_coordinate<S>(dimension)} {
+  expects(points.empty() || dimension > 0, "kd_tree: points must have at least one dimension");
+  expects(size <= std::numeric_limits<std::int32_t>::max(),
+          "kd_tree: at most 2^31 - 1 points can be searched");
+  expects(options.max_leaf_size > 0, "kd_tree: max_leaf_size must be at least 1");
+  coordinates.reserve(static_cast<std::size_t>(size * dimension));
+  indices.reserve(static_cast<std::size_t>(size));
+  for (index_t i = 0; i < size; ++i) {
+    const S* point = points.data() + i * points.stride();
+    if (!is_searchable(point, dimension, largest)) continue;
+    coordinates.insert(coordinates.end(), point, point + dimension);
+    indices.push_back(static_cast<std::int32_t>(i));
   }
-
-  void build(kd_tree_options options) {
-    expects(all.empty() || all.dimension() > 0, "kd_tree: points must have at least one dimension");
-    expects(all.size() <= std::numeric_limits<std::int32_t>::max(),
-            "kd_tree: at most 2^31 - 1 points can be searched");
-    expects(options.max_leaf_size > 0, "kd_tree: max_leaf_size must be at least 1");
-    largest = largest_searchable_coordinate<S>(all.dimension());
-    keep_searchable();
-    if (!searched.points.empty())
-      index.emplace(static_cast<int>(all.dimension()), searched,
-                    nanoflann::KDTreeSingleIndexAdaptorParams(
-                        static_cast<std::size_t>(options.max_leaf_size)));
-  }
-
-  /// nanoflann wants all points of its set searchable: otherwise those that are get copied.
-  void keep_searchable() {
-    const auto is_bad = [&](index_t i) {
-      return !is_searchable(all.data() + i * all.stride(), all.dimension(), largest);
-    };
-    index_t bad = 0;
-    for (index_t i = 0; i < all.size(); ++i) bad += is_bad(i);
-    searched.points = all;
-    if (bad == 0) return;
-    copied.resize(all.dimension(), all.size() - bad);
-    original.reserve(static_cast<std::size_t>(copied.cols()));
-    for (index_t i = 0; i < all.size(); ++i) {
-      if (is_bad(i)) continue;
-      copied.col(std::ssize(original)) = all[i];
-      original.push_back(static_cast<point_index>(i));
-    }
-    searched.points = as_points(copied);
-  }
-
-  /// Hands the neighbours in order to `write(candidate)` and returns how many there are.
-  template <class F>
-  std::size_t search(const S* query, const neighborhood_spec& spec, scratch<S>& room,
-                     F&& write) const {
-    if (!index || spec.max_count() == 0 || !is_searchable(query, all.dimension(), largest))
-      return 0;
-    const S limit = M::sum(static_cast<S>(spec.max_distance()));
-    const auto capacity =
-        static_cast<std::size_t>(std::min(spec.max_count(), searched.points.size()));
-    // A radius without a count may find many: then the heap, never full, is a list to sort.
-    if (spec.is_count_limited() && capacity <= most_sorted) {
-      sorted_result<S> result{std::span{room.sorted}.first(capacity), limit};
-      index->findNeighbors(result, query, {});
-      for (std::size_t i = 0; i < result.size(); ++i) write(room.sorted[i]);
-      return result.size();
-    }
-    heap_result<S> result{room.heap,
-                          spec.is_count_limited() ? capacity : searched.points.size() + 1, limit};
-    index->findNeighbors(result, query, {});
-    result.finish();
-    for (const auto& c : room.heap) write(c);
-    return room.heap.size();
-  }
-
-  void find(const S* query, const neighborhood_spec& spec, scratch<S>& room,
-            std::vector<neighbor<S>>& out) const {
-    out.clear();
-    search(query, spec, room, [&](const candidate<S>& c) {
-      out.push_back({original_index(c.index()), M::distance(c.sum())});
-    });
-  }
-
-  [[nodiscard]] point_index original_index(point_index i) const {
-    return original.empty() ? i : original[i];
-  }
-
-  point_matrix<S, D> owned;  ///< If the tree took its points over.
-  points_view<S, D> all;     ///< All points, as the user numbers them.
-  point_matrix<S, D> copied;
-  std::vector<point_index> original;  ///< The user's index of a copied point; empty if none is.
-  points_type searched;
-  S largest = 0;
-  std::optional<index_type> index;  ///< Refers to `searched`; nothing if there is nothing to find.
-};
-
-template <Scalar S, int D, Metric M>
-kd_tree_engine<S, D, M>::kd_tree_engine(points_view<S, D> points, kd_tree_options options)
-    : state_{std::make_unique<const state>(points, options)} {}
-template <Scalar S, int D, Metric M>
-kd_tree_engine<S, D, M>::kd_tree_engine(point_matrix<S, D>&& points, kd_tree_options options)
-    : state_{std::make_unique<const state>(std::move(points), options)} {}
-template <Scalar S, int D, Metric M>
-kd_tree_engine<S, D, M>::~kd_tree_engine() = default;
-
-template <Scalar S, int D, Metric M>
-points_view<S, D> kd_tree_engine<S, D, M>::points() const {
-  return state_->all;
+  if (indices.empty()) return;
+  const Eigen::Map<const point_matrix<S, D>> all{coordinates.data(), dimension, searchable()};
+  low = all.rowwise().minCoeff();
+  high = all.rowwise().maxCoeff();
+  tree_builder<S, D>{*this, options}.build();
 }
 
-template <Scalar S, int D, Metric M>
-void kd_tree_engine<S, D, M>::find(const S* query, const neighborhood_spec& spec,
-                                   std::vector<neighbor<S>>& out) const {
-  scratch<S> room;
-  state_->find(query, spec, room, out);
-}
-
-template <Scalar S, int D, Metric M>
-neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
-                                                   const neighborhood_spec& spec,
-                                                   const execution& how) const {
-  const index_t n = queries.size();
-  const index_t k = std::min(spec.max_count(), state_->searched.points.size());
-  const auto query = [&](index_t q) { return queries.data() + q * queries.stride(); };
-  if (!spec.is_count_limited() || std::isfinite(spec.max_distance()))
-    return gather_neighborhoods<S>(n, how, [&] {
-      return [&, room = scratch<S>{}](index_t q, std::vector<neighbor<S>>& out) mutable {
-        state_->find(query(q), spec, room, out);
-      };
-    });
-
-  // k nearest neighbours: almost every query has exactly k, so that each has its place at once.
-  std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
-  buffer<std::int32_t> indices(static_cast<std::size_t>(n * k));
-  buffer<S> distances(indices.size());
-  parallel_blocks(n, query_block_size, how, [&](index_t, index_t begin, index_t end) {
-    scratch<S> room;
-    for (index_t q = begin; q < end; ++q) {
-      auto at = static_cast<std::size_t>(q * k);
-      const std::size_t found = state_->search(query(q), spec, room, [&](const candidate<S>& c) {
-        indices[at] = static_cast<std::int32_t>(state_->original_index(c.index()));
-        distances[at++] = M::distance(c.sum());
-      });
-      offsets[static_cast<std::size_t>(q) + 1] = static_cast<index_t>(found);
-    }
-  });
-
-  // Queries that cannot be answered leave gaps of k; close them.
-  index_t total = 0;
-  for (index_t q = 0; q < n; ++q) {
-    index_t& end = offsets[static_cast<std::size_t>(q) + 1];
-    const index_t count = end;
-    if (total != q * k) {
-      std::copy_n(indices.begin() + q * k, count, indices.begin() + total);
-      std::copy_n(distances.begin() + q * k, count, distances.begin() + total);
-    }
-    end = total += count;
-  }
-  indices.resize(static_cast<std::size_t>(total));
-  distances.resize(static_cast<std::size_t>(total));
-  return {std::move(offsets), std::move(indices), std::move(distances)};
-}
-
-#define CILANTRO_INSTANTIATE(S, D) template class kd_tree_engine<S, D, euclidean>;
+#define CILANTRO_INSTANTIATE(S, D)                \
+  template struct kd_tree_nodes<S, D>;            \
+  template class kd_tree_engine<S, D, euclidean>; \
+  template class kd_tree_engine<S, D, manhattan>; \
+  template class kd_tree_engine<S, D, chebyshev>; \
+  template class kd_tree_engine<S, D, so2>;
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
+// Of four coordinates, which the library is not compiled for: as a run-time dimension.
+template class kd_tree_engine<float, dynamic, so3>;
+template class kd_tree_engine<double, dynamic, so3>;
 
 }  // namespace cilantro

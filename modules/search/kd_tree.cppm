@@ -1,82 +1,156 @@
 // SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
 export module cilantro.search:kd_tree;
 
 import cilantro.standard;
 import cilantro.core;
 import :concepts;
+import :kd_tree_nodes;
 import :metric;
+import :nearest;
 import :neighborhood;
 
 namespace cilantro {
 
-export struct kd_tree_options {
-  int max_leaf_size = 10;  ///< Points in a leaf, at least 1. Affects speed only.
-};
-
-/// The tree behind `kd_tree`: compiled once in the library for each scalar and for 2, 3 and
-/// run-time dimensions, so that its implementation never reaches an importer.
-template <Scalar S, int D, Metric M>
+/// Searches with one metric. Compiled in the library for the shipped metrics, each scalar, and 2, 3
+/// and run-time dimensions.
+template <Scalar S, int D, CoordinateMetric<S> M>
 class kd_tree_engine {
  public:
-  kd_tree_engine(points_view<S, D> points, kd_tree_options options);
-  kd_tree_engine(point_matrix<S, D>&& points, kd_tree_options options);
-  kd_tree_engine(const kd_tree_engine&) = delete;
-  kd_tree_engine& operator=(const kd_tree_engine&) = delete;
-  ~kd_tree_engine();
+  kd_tree_engine(points_view<S, D> points, const M& metric, const kd_tree_options& options)
+      : nodes{points, options}, metric_{metric} {
+    if (!points.empty()) expect_dimension<M>(points.dimension());
+  }
 
-  [[nodiscard]] points_view<S, D> points() const;
-  void find(const S* query, const neighborhood_spec& spec, std::vector<neighbor<S>>& out) const;
+  void find(const S* query, const neighborhood_spec& spec, std::vector<neighbor<S>>& out) const {
+    search_scratch<S> room;
+    find(query, spec, room, out);
+  }
   [[nodiscard]] neighborhoods<S> find_all(points_view<S, D> queries, const neighborhood_spec& spec,
                                           const execution& how) const;
 
+  const kd_tree_nodes<S, D> nodes;
+
  private:
-  struct state;
-  std::unique_ptr<const state> state_;
+  /// Hands the neighbours in order to `write(index, distance)` and returns how many there are.
+  template <class F>
+  index_t search(const S* query, const neighborhood_spec& spec, search_scratch<S>& room,
+                 F&& write) const {
+    if (nodes.searchable() == 0 || spec.max_count() == 0 ||
+        !is_searchable(query, nodes.dimension, nodes.largest))
+      return 0;
+    const S limit = metric_.sum(static_cast<S>(spec.max_distance()));
+    const auto capacity = static_cast<std::size_t>(std::min(spec.max_count(), nodes.searchable()));
+    const auto write_all = [&](std::span<const candidate<S>> found) {
+      for (const auto& c : found) write(c.index(), metric_.distance(c.sum()));
+      return std::ssize(found);
+    };
+    // A radius without a count may find many: then the heap, never full, is a list to sort.
+    if (spec.is_count_limited() && capacity <= most_sorted) {
+      sorted_result<S> result{std::span{room.sorted}.first(capacity), limit};
+      kd_tree_search<S, D, M, sorted_result<S>>{nodes, metric_, query, result}.run();
+      return write_all(std::span{room.sorted}.first(result.size()));
+    }
+    heap_result<S> result{room.heap, spec.is_count_limited() ? capacity : capacity + 1, limit};
+    kd_tree_search<S, D, M, heap_result<S>>{nodes, metric_, query, result}.run();
+    result.sort();
+    return write_all(room.heap);
+  }
+
+  void find(const S* query, const neighborhood_spec& spec, search_scratch<S>& room,
+            std::vector<neighbor<S>>& out) const {
+    out.clear();
+    search(query, spec, room, [&](std::int32_t i, S distance) { out.push_back({i, distance}); });
+  }
+
+  M metric_;
 };
 
-/// Nearest neighbours in a set of points that does not change.
+template <Scalar S, int D, CoordinateMetric<S> M>
+neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
+                                                   const neighborhood_spec& spec,
+                                                   const execution& how) const {
+  const index_t n = queries.size();
+  const index_t k = std::min(spec.max_count(), nodes.searchable());
+  const auto query = [&](index_t q) { return queries.data() + q * queries.stride(); };
+  const bool plain_knn =
+      spec.is_count_limited() && spec.max_distance() == std::numeric_limits<double>::infinity();
+  // A k that is large for so many queries is not reserved for each of them.
+  if (!plain_knn ||
+      k > std::int64_t{std::numeric_limits<std::int32_t>::max()} / std::max<index_t>(n, 1))
+    return gather_neighborhoods<S>(n, how, [&] {
+      return [&, room = search_scratch<S>{}](index_t q, std::vector<neighbor<S>>& out) mutable {
+        find(query(q), spec, room, out);
+      };
+    });
+
+  // k nearest neighbours: almost every query has exactly k, so that each has its place at once.
+  std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
+  buffer<std::int32_t> indices(static_cast<std::size_t>(n * k));
+  buffer<S> distances(indices.size());
+  parallel_blocks(n, query_block_size, how, [&](index_t, index_t begin, index_t end) {
+    search_scratch<S> room;
+    for (index_t q = begin; q < end; ++q) {
+      auto at = static_cast<std::size_t>(q * k);
+      offsets[static_cast<std::size_t>(q) + 1] =
+          search(query(q), spec, room, [&](std::int32_t i, S distance) {
+            indices[at] = i;
+            distances[at++] = distance;
+          });
+    }
+  });
+
+  // Queries that cannot be answered leave gaps of k; close them.
+  index_t total = 0;
+  for (index_t q = 0; q < n; ++q) {
+    index_t& end = offsets[static_cast<std::size_t>(q) + 1];
+    const index_t count = end;
+    if (total != q * k) {
+      std::copy_n(indices.begin() + q * k, count, indices.begin() + total);
+      std::copy_n(distances.begin() + q * k, count, distances.begin() + total);
+    }
+    end = total += count;
+  }
+  indices.resize(static_cast<std::size_t>(total));
+  distances.resize(static_cast<std::size_t>(total));
+  return {std::move(offsets), std::move(indices), std::move(distances)};
+}
+
+/// Nearest neighbours in a set of points that does not change, by any `CoordinateMetric`.
 ///
-/// Built over an lvalue or a view, it looks at those points, which must stay alive and unchanged
-/// for as long as the tree or a copy of it; built from an rvalue matrix, it takes it over. Copies
-/// share one immutable tree: copying costs a pointer, and any copy may be used from any thread.
+/// The tree keeps the coordinates in an order of its own, which is what makes it fast, and never
+/// looks at the caller's points again: they may change or go. Copies share one immutable tree:
+/// copying costs a pointer, and any copy may be used from any thread.
 ///
 /// Points with a non-finite coordinate (or one beyond `largest_searchable_coordinate`) are never
 /// found, and such queries find nothing; indices count all points all the same. At most 2³¹ − 1
 /// points. Building is O(N log N); a query for k neighbours in low dimension O(k log k + log N).
-/// Source: Bentley 1975; Friedman, Bentley & Finkel 1977, as implemented by nanoflann.
-export template <Scalar S, int D, Metric M = euclidean>
+/// Source: Bentley 1975; Friedman, Bentley & Finkel 1977; the bounds are those of Arya & Mount
+/// 1993.
+export template <Scalar S, int D, CoordinateMetric<S> M = euclidean>
 class kd_tree {
  public:
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  /// Throws `invalid_input` for points without a dimension, too many points, or an empty leaf.
-  template <BorrowedPoints P>
+  /// The same tree for any number of threads. Throws `invalid_input` for points without a
+  /// dimension, or with another one than the metric is for, too many points, or an empty leaf;
+  /// `cancelled`.
+  template <PointsSource P>
     requires std::same_as<scalar_of<P>, S> && (D == dynamic || dimension_of<P> == D)
-  explicit kd_tree(P&& points, kd_tree_options options = {})
+  explicit kd_tree(const P& points, const M& metric = {}, const kd_tree_options& options = {})
       : engine_{std::make_shared<const engine>(
-            points_view<S, closed_dimension<D>>{as_points(std::forward<P>(points))}, options)} {}
-
-  /// Takes the points over.
-  explicit kd_tree(point_matrix<S, D>&& points, kd_tree_options options = {})
-      : engine_{std::make_shared<const engine>(
-            point_matrix<S, closed_dimension<D>>{std::move(points)}, options)} {}
-  /// As above of a constant temporary, which is what `eval()` of Eigen returns: a copy.
-  explicit kd_tree(const point_matrix<S, D>&& points, kd_tree_options options = {})
-      : kd_tree{point_matrix<S, D>{points}, options} {}
+            points_view<S, closed_dimension<D>>{points_in(points)}, metric, options)} {}
+  template <PointsSource P>
+    requires std::same_as<scalar_of<P>, S> && (D == dynamic || dimension_of<P> == D)
+  kd_tree(const P& points, const kd_tree_options& options) : kd_tree{points, M{}, options} {}
 
   /// The number of points, those that are never found included.
-  [[nodiscard]] index_t size() const { return engine_->points().size(); }
-  [[nodiscard]] index_t dimension() const { return engine_->points().dimension(); }
-
-  /// The points that the tree was built from.
-  [[nodiscard]] points_view<S, D> points() const {
-    const auto view = engine_->points();
-    if constexpr (D == dynamic)
-      return {view.data(), view.size(), view.dimension(), view.stride()};
-    else
-      return {view.data(), view.size(), view.stride()};
-  }
+  [[nodiscard]] index_t size() const { return engine_->nodes.size; }
+  [[nodiscard]] index_t dimension() const { return engine_->nodes.dimension; }
+  /// The bytes that the tree, with all its copies, holds: about N · (Dim · sizeof(S) + 5).
+  [[nodiscard]] std::size_t memory() const { return engine_->nodes.memory(); }
 
   /// Writes the neighbours of `query` to `out`, as `NeighborSearcher` says; `out` may be reused to
   /// save its allocation. Throws `invalid_input` if the dimensions differ.
@@ -115,9 +189,25 @@ class kd_tree {
 };
 
 export template <PointsSource P>
-kd_tree(P&&, kd_tree_options = {}) -> kd_tree<scalar_of<P>, dimension_of<P>>;
+kd_tree(const P&) -> kd_tree<scalar_of<P>, dimension_of<P>>;
+export template <PointsSource P>
+kd_tree(const P&, kd_tree_options) -> kd_tree<scalar_of<P>, dimension_of<P>>;
+export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
+kd_tree(const P&, M, kd_tree_options = {}) -> kd_tree<scalar_of<P>, dimension_of<P>, M>;
 
 static_assert(NeighborSearcher<kd_tree<float, 3>> && BatchSearcher<kd_tree<float, 3>>);
-static_assert(NeighborSearcher<kd_tree<double, dynamic>>);
+static_assert(NeighborSearcher<kd_tree<double, dynamic, so3>>);
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                \
+  extern template struct kd_tree_nodes<S, D>;            \
+  extern template class kd_tree_engine<S, D, euclidean>; \
+  extern template class kd_tree_engine<S, D, manhattan>; \
+  extern template class kd_tree_engine<S, D, chebyshev>; \
+  extern template class kd_tree_engine<S, D, so2>;
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
+// Of four coordinates, which the library is not compiled for: as a run-time dimension.
+extern template class kd_tree_engine<float, dynamic, so3>;
+extern template class kd_tree_engine<double, dynamic, so3>;
 
 }  // namespace cilantro

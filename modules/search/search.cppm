@@ -7,6 +7,8 @@ export import cilantro.core;
 export import :metric;
 export import :neighborhood;
 export import :concepts;
+export import :nearest;
 export import :brute_force;
+export import :kd_tree_nodes;
 export import :kd_tree;
 export import :contract;

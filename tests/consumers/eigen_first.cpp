@@ -40,8 +40,10 @@ int main() {
 
   // Allocated here and freed in the library, and the other way round.
   for (int repeat = 0; repeat < 100; ++repeat) {
-    const kd_tree<double, 3> owner{Eigen::Matrix3Xd::Random(3, 33).eval()};
-    expect(owner.size() == 33, "a tree that owns");
+    point_cloud<double, 3> cloud{.points = Eigen::Matrix3Xd::Random(3, 33),
+                                 .normals = Eigen::Matrix3Xd::Random(3, 33)};
+    cloud = estimate_normals(std::move(cloud), knn{5});
+    expect(cloud.has_normals(), "a cloud that goes through the library");
     Eigen::MatrixXf means = voxel_downsample(Eigen::MatrixXf::Random(4, 50).eval(), 0.5);
     means.resize(means.rows(), means.cols() + 1);
   }

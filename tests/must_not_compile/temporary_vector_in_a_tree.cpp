@@ -8,6 +8,6 @@ import cilantro;
 std::vector<std::array<float, 3>> scan();
 
 int main() {
-  const cilantro::kd_tree<float, 3> tree{scan()};
-  return static_cast<int>(tree.size());
+  const cilantro::brute_force_searcher<float, 3> searcher{scan()};
+  return static_cast<int>(searcher.size());
 }

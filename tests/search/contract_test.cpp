@@ -57,7 +57,7 @@ std::string violations(const std::vector<std::string>& all) {
 static_assert(NeighborSearcher<faulty>);
 static_assert(!NeighborSearcher<without_find>);
 static_assert(!NeighborSearcher<int>);
-static_assert(Metric<euclidean> && !Metric<int>);
+static_assert(CoordinateMetric<euclidean> && !CoordinateMetric<int>);
 
 TEST_CASE_TEMPLATE("the shipped searchers keep the contract", T, ALL_SPACES) {
   auto points = test::random_points<T>(300);

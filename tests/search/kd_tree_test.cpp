@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <stop_token>
-#include <utility>
 #include <vector>
 
 #include "spaces.hpp"
@@ -182,24 +182,24 @@ TEST_CASE("a tree over padded records looks only at the points in them") {
     CHECK(tree.find(packed.col(i), knn{4}) == other.find(packed.col(i), knn{4}));
 }
 
-TEST_CASE("a tree views an lvalue, and owns what it is given as an rvalue") {
-  auto points = test::random_points<test::d3>(100);
-  const kd_tree viewing{points};
-  CHECK(viewing.points().data() == points.data());
-  const double* data = points.data();
-  const kd_tree<double, 3> owning{std::move(points)};
-  CHECK(owning.points().data() == data);
-  CHECK(owning.nearest(owning.points()[42])->index == 42);
-  const kd_tree<double, 3> of_expression{(owning.points().matrix() * 2).eval()};
-  CHECK(of_expression.nearest(2 * owning.points()[42])->index == 42);
+TEST_CASE("a tree does not look at its points again: they may change and go") {
+  auto points = std::optional{test::random_points<test::d3>(100)};
+  const Eigen::Vector3d query = points->col(42);
+  const kd_tree tree{*points};
+  points->setZero();
+  CHECK(tree.nearest(query)->index == 42);
+  points.reset();
+  CHECK(tree.nearest(query)->index == 42);
+  const kd_tree of_temporary{test::random_points<test::d3>(100)};
+  CHECK(of_temporary.nearest(query)->index == 42);
 }
 
 TEST_CASE("copies of a tree share it, and outlive the original") {
   auto tree = std::optional{kd_tree<float, 2>{test::random_points<test::f2>(60)}};
   const auto copy = *tree;
-  CHECK(copy.points().data() == tree->points().data());
+  CHECK(copy.memory() == tree->memory());
   tree.reset();
-  CHECK(copy.nearest(copy.points()[7])->index == 7);
+  CHECK(copy.nearest(test::random_points<test::f2>(60).col(7))->index == 7);
 }
 
 TEST_CASE("far from the origin distances lose what the coordinates have lost, and no more") {
@@ -256,4 +256,49 @@ TEST_CASE("a batch that is stopped throws `cancelled`") {
   const execution how{.monitor = {.stop = stop.get_token()}};
   CHECK_THROWS_AS((void)tree.find_all(as_points(points), knn{5}, how), cancelled);
   CHECK_THROWS_AS((void)tree.find_all(as_points(points), radius{0.1}, how), cancelled);
+}
+
+TEST_CASE_TEMPLATE("a tree is the same for any number of threads that build it", T, ALL_SPACES) {
+  using S = typename T::scalar;
+  const auto points = lattice<T>(3000, 7);
+  const kd_tree one{points, {.threads = 1}};
+  for (const int threads : {2, 5}) {
+    const kd_tree other{points, {.threads = threads}};
+    CHECK(other.memory() == one.memory());
+    std::vector<neighbor<S>> found, expected;
+    for (index_t i = 0; i < 200; ++i) {
+      one.find(points.col(i), knn{20}, expected);
+      other.find(points.col(i), knn{20}, found);
+      REQUIRE(found == expected);
+    }
+  }
+}
+
+TEST_CASE("a tree says how much memory it holds") {
+  const kd_tree tree{test::random_points<test::f3>(100000)};
+  CHECK(tree.memory() > 100000 * 16);
+  CHECK(tree.memory() < 100000 * 20);
+  CHECK(kd_tree{test::random_points<test::f3>(0)}.memory() < 1000);
+}
+
+TEST_CASE("building reports its progress, and can be stopped") {
+  const auto points = test::random_points<test::f3>(20000);
+  std::vector<double> shares;
+  const kd_tree tree{points, {.monitor = {.progress = [&](double s) { shares.push_back(s); }}}};
+  REQUIRE(shares.size() > 3);
+  CHECK(std::ranges::is_sorted(shares));
+  CHECK(shares.back() == 1);
+  std::stop_source stop;
+  stop.request_stop();
+  CHECK_THROWS_AS((kd_tree{points, {.monitor = {.stop = stop.get_token()}}}), cancelled);
+}
+
+TEST_CASE_TEMPLATE("leaves of any size give the same neighbors", T, test::f2, test::d3, test::dx) {
+  const auto points = test::random_points<T>(777, 8);
+  const kd_tree tree{points};
+  for (const int size : {1, 2, 100, 10000}) {
+    const kd_tree other{points, {.max_leaf_size = size}};
+    for (index_t i = 0; i < 50; ++i)
+      REQUIRE(other.find(points.col(i), knn{9}) == tree.find(points.col(i), knn{9}));
+  }
 }

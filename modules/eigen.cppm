@@ -12,6 +12,7 @@ module;
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
+#include <Eigen/SparseCore>
 export module cilantro.eigen;
 
 // How fixed-size Eigen types are laid out depends on the first number, and how the memory of
@@ -73,10 +74,13 @@ using Eigen::Ref;
 using Eigen::Rotation2D;
 using Eigen::RotationBase;
 using Eigen::SelfAdjointEigenSolver;
+using Eigen::SparseMatrix;
+using Eigen::SparseMatrixBase;
 using Eigen::Stride;
 using Eigen::Transform;
 using Eigen::Translation;
 using Eigen::Transpose;
+using Eigen::Triplet;
 using Eigen::umeyama;
 using Eigen::VectorBlock;
 
@@ -113,6 +117,18 @@ using Eigen::pow;
 using Eigen::sin;
 using Eigen::sqrt;
 using Eigen::tan;
+
+using Eigen::Matrix2;
+using Eigen::Matrix3;
+using Eigen::Matrix4;
+using Eigen::MatrixX;
+using Eigen::RowVector;
+using Eigen::RowVectorX;
+using Eigen::Vector;
+using Eigen::Vector2;
+using Eigen::Vector3;
+using Eigen::Vector4;
+using Eigen::VectorX;
 
 using Eigen::Affine2d;
 using Eigen::Affine2f;

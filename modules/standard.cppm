@@ -29,6 +29,7 @@ module;
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -55,6 +56,7 @@ using std::span;
 using std::stop_token;
 using std::string;
 using std::string_view;
+using std::tuple;
 using std::unique_ptr;
 using std::variant;
 using std::vector;
@@ -90,7 +92,9 @@ using std::random_access_iterator_tag;
 
 using std::abs;
 using std::all_of;
+using std::apply;
 using std::asin;
+using std::atan2;
 using std::bit_cast;
 using std::cmp_greater_equal;
 using std::cmp_less;
@@ -98,12 +102,14 @@ using std::construct_at;
 using std::copy_n;
 using std::declval;
 using std::exchange;
+using std::exp;
 using std::floor;
 using std::forward;
 using std::get;
 using std::get_if;
 using std::in_range;
 using std::invoke;
+using std::isfinite;
 using std::lexicographical_compare;
 using std::make_shared;
 using std::make_unique;

@@ -9,6 +9,8 @@ export import :indexed_iterator;
 export import :points;
 export import :coordinates;
 export import :image;
+export import :angle;
+export import :positive;
 export import :transform;
 export import :execution;
 export import :parallel;

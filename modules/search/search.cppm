@@ -11,4 +11,7 @@ export import :nearest;
 export import :brute_force;
 export import :kd_tree_nodes;
 export import :kd_tree;
+export import :pair;
+export import :weight;
+export import :graph;
 export import :contract;

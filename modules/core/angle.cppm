@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.core:angle;
+
+import cilantro.standard;
+import cilantro.eigen;
+
+namespace cilantro {
+
+/// The angle between two vectors of any length and dimension, in radians, in [0, π]: exactly 0
+/// between a vector and itself, and accurate where an arc cosine is not. NaN for a zero vector.
+/// Source: Kahan 2006, "How futile are mindless assessments of roundoff", section 12.
+export template <class A, class B>
+[[nodiscard]] typename A::Scalar angle_between(const Eigen::MatrixBase<A>& a,
+                                               const Eigen::MatrixBase<B>& b) {
+  using S = typename A::Scalar;
+  const S length_a = a.norm(), length_b = b.norm();
+  if (!(length_a > 0 && length_b > 0)) return std::numeric_limits<S>::quiet_NaN();
+  const auto difference = (a / length_a - b / length_b).norm();
+  return 2 * std::atan2(difference, (a / length_a + b / length_b).norm());
+}
+
+}  // namespace cilantro

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+module cilantro.search;
+
+namespace cilantro {
+namespace {
+
+template <Scalar S>
+void expect_nodes(const neighborhoods<S>& graph) {
+  expects(graph.size() <= std::numeric_limits<std::int32_t>::max(),
+          "neighbor_graph: there can be at most 2^31 - 1 nodes");
+  expects(std::ranges::all_of(graph.indices(),
+                              [&](std::int32_t j) { return 0 <= j && j < graph.size(); }),
+          "neighbor_graph: a neighbor is not one of the nodes");
+}
+
+/// Who has found each node: the transpose, whose rows are by ascending index.
+template <Scalar S>
+neighborhoods<S> transposed(const neighborhoods<S>& found) {
+  std::vector<index_t> offsets(static_cast<std::size_t>(found.size()) + 1);
+  for (const std::int32_t j : found.indices()) ++offsets[static_cast<std::size_t>(j) + 1];
+  for (std::size_t i = 1; i < offsets.size(); ++i) offsets[i] += offsets[i - 1];
+  buffer<std::int32_t> indices(found.indices().size());
+  buffer<S> distances(indices.size());
+  std::vector<index_t> next(offsets.begin(), offsets.end() - 1);
+  for (index_t i = 0; i < found.size(); ++i)
+    for (const auto& [j, distance] : found[i]) {
+      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(j)]++);
+      indices[at] = static_cast<std::int32_t>(i);
+      distances[at] = distance;
+    }
+  return {std::move(offsets), std::move(indices), std::move(distances)};
+}
+
+template <Scalar S>
+bool by_index_then_distance(const neighbor<S>& a, const neighbor<S>& b) {
+  return std::pair{a.index, a.distance} < std::pair{b.index, b.distance};
+}
+template <Scalar S>
+bool by_distance_then_index(const neighbor<S>& a, const neighbor<S>& b) {
+  return std::pair{a.distance, a.index} < std::pair{b.distance, b.index};
+}
+
+}  // namespace
+
+template <Scalar S>
+void by_index(const neighborhood<S>& near, std::vector<neighbor<S>>& out) {
+  out.assign(near.begin(), near.end());
+  std::ranges::sort(out, by_index_then_distance<S>);
+  const auto rest = std::ranges::unique(out, {}, &neighbor<S>::index);
+  out.erase(rest.begin(), rest.end());
+}
+
+template <Scalar S>
+void expect_square(const neighborhoods<S>& graph) {
+  expect_nodes(graph);
+  expects(graph.total() <= std::numeric_limits<std::int32_t>::max(),
+          "pair_matrix: there can be at most 2^31 - 1 entries");
+}
+
+template <Scalar S>
+neighborhoods<S> neighbor_graph(const neighborhoods<S>& found, const graph_options& options) {
+  expect_nodes(found);
+  const bool symmetric = options.symmetry != graph_symmetry::none;
+  const auto finders = symmetric ? transposed(found) : neighborhoods<S>{};
+  return gather_neighborhoods<S>(found.size(), {options.threads, options.monitor}, [&] {
+    return [&, there = std::vector<neighbor<S>>{}, back = std::vector<neighbor<S>>{}](
+               index_t i, std::vector<neighbor<S>>& out) mutable {
+      by_index(found[i], there);
+      if (symmetric) by_index(finders[i], back);
+      const bool is_alone = there.empty() && back.empty();
+      const auto less = by_index_then_distance<S>;
+      const auto index = &neighbor<S>::index;
+      out.clear();
+      switch (options.symmetry) {
+        case graph_symmetry::none:
+          out = there;
+          break;
+        case graph_symmetry::either: {
+          std::ranges::merge(there, back, std::back_inserter(out), less);
+          const auto rest = std::ranges::unique(out, {}, index);
+          out.erase(rest.begin(), rest.end());
+          break;
+        }
+        case graph_symmetry::both:
+          std::ranges::set_intersection(there, back, std::back_inserter(out), {}, index, index);
+      }
+      std::erase_if(out, [&](const neighbor<S>& n) { return n.index == i; });
+      if (options.self && !is_alone) out.push_back({i, 0});
+      std::ranges::sort(out, by_distance_then_index<S>);
+    };
+  });
+}
+
+template <Scalar S>
+neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count) {
+  return gather_neighborhoods<S>(found.size(), {.threads = 1}, [&] {
+    return [&](index_t i, std::vector<neighbor<S>>& out) {
+      out.assign(found[i].begin(), found[i].end());
+      std::erase_if(out, [&](const neighbor<S>& n) { return n.index == i; });
+      if (std::ssize(out) > max_count) out.resize(static_cast<std::size_t>(max_count));
+    };
+  });
+}
+
+#define CILANTRO_INSTANTIATE(S)                                                            \
+  template void by_index<S>(const neighborhood<S>&, std::vector<neighbor<S>>&);            \
+  template void expect_square<S>(const neighborhoods<S>&);                                 \
+  template neighborhoods<S> neighbor_graph(const neighborhoods<S>&, const graph_options&); \
+  template neighborhoods<S> without_self(const neighborhoods<S>&, index_t);
+CILANTRO_INSTANTIATE(float)
+CILANTRO_INSTANTIATE(double)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

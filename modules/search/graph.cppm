@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.search:graph;
+
+import cilantro.standard;
+import cilantro.core;
+import :concepts;
+import :kd_tree;
+import :neighborhood;
+import :pair;
+import :weight;
+
+namespace cilantro {
+
+/// Which edges a neighbour graph has, given that i may have j among its nearest but not j i.
+export enum class graph_symmetry {
+  none,    ///< i → j if j was found around i.
+  either,  ///< Both i → j and j → i if one was found: the union.
+  both,    ///< Both if both were found: the intersection.
+};
+
+export struct graph_options {
+  graph_symmetry symmetry = graph_symmetry::either;
+  /// Whether nodes have themselves as neighbours, at distance 0. (Nodes without any neighbour, such
+  /// as points that are not finite, have not.)
+  bool self = false;
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// The neighbourhoods of N nodes, whose neighbours are nodes, as a graph in the same compressed
+/// form: symmetric or not, with or without self, each edge once, neighbours by ascending distance
+/// and then index. Of several distances for one edge, the smallest counts. O(E log k).
+/// Throws `invalid_input` for a neighbour that is not one of the nodes.
+export template <Scalar S>
+[[nodiscard]] neighborhoods<S> neighbor_graph(const neighborhoods<S>& found,
+                                              const graph_options& options = {});
+
+template <Scalar S>
+neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count);
+
+/// The graph of the points that a searcher was built from. Without self, `knn{k}` means k others.
+/// Throws `invalid_input` if these cannot be its points.
+export template <NeighborSearcher T, PointsSource P>
+[[nodiscard]] auto neighbor_graph(const T& searcher, const P& points, neighborhood_spec spec,
+                                  const graph_options& options = {}) {
+  expects(points_in(points).size() == index_t(searcher.size()),
+          "neighbor_graph: searcher and points must have the same size");
+  const execution how{options.threads, options.monitor};
+  if (options.self || !spec.is_count_limited())
+    return neighbor_graph(find_neighborhoods(searcher, points, spec, how), options);
+  const knn_in_radius one_more{spec.max_count() + 1, spec.max_distance()};
+  return neighbor_graph(
+      without_self(find_neighborhoods(searcher, points, one_more, how), spec.max_count()), options);
+}
+
+/// As above, through a kd-tree.
+export template <PointsSource P>
+[[nodiscard]] auto neighbor_graph(const P& points, neighborhood_spec spec,
+                                  const graph_options& options = {}) {
+  const kd_tree tree{points, {.threads = options.threads}};
+  return neighbor_graph(tree, points, spec, options);
+}
+
+/// The number of neighbours of each node.
+export template <Scalar S>
+[[nodiscard]] std::vector<index_t> degrees(const neighborhoods<S>& graph) {
+  std::vector<index_t> all;
+  all.reserve(static_cast<std::size_t>(graph.size()));
+  for (index_t i = 0; i < graph.size(); ++i) all.push_back(static_cast<index_t>(graph[i].size()));
+  return all;
+}
+
+/// A square sparse matrix, one row per node.
+export template <Scalar S>
+using graph_matrix = Eigen::SparseMatrix<S, Eigen::RowMajor, std::int32_t>;
+
+/// The neighbours of a node by ascending index, each once and with the smallest of its distances.
+template <Scalar S>
+void by_index(const neighborhood<S>& near, std::vector<neighbor<S>>& out);
+/// Throws `invalid_input` unless `graph` can be a square matrix.
+template <Scalar S>
+void expect_square(const neighborhoods<S>& graph);
+
+/// The matrix whose entry (i, j) is `evaluate(i, j, distance)` for each neighbour j of i, and no
+/// other; an entry may be 0 and is stored all the same. Neighbours that come twice count once.
+/// Throws `invalid_input` for a neighbour that is no node, and for 2³¹ entries or more.
+export template <Scalar S, PairEvaluator<S> F>
+[[nodiscard]] graph_matrix<S> pair_matrix(const neighborhoods<S>& graph, const F& evaluate) {
+  expect_square(graph);
+  graph_matrix<S> matrix(graph.size(), graph.size());
+  matrix.reserve(graph.total());
+  std::vector<neighbor<S>> row;
+  for (index_t i = 0; i < graph.size(); ++i) {
+    matrix.startVec(i);
+    by_index(graph[i], row);
+    for (const auto& [j, distance] : row)
+      matrix.insertBackByOuterInner(i, j) = static_cast<S>(evaluate_pair(evaluate, i, j, distance));
+  }
+  matrix.finalize();
+  return matrix;
+}
+
+/// 1 for each edge.
+export template <Scalar S>
+[[nodiscard]] graph_matrix<S> adjacency_matrix(const neighborhoods<S>& graph) {
+  return pair_matrix(graph, unit_weight{});
+}
+
+/// The distance along each edge; equal points have a stored 0.
+export template <Scalar S>
+[[nodiscard]] graph_matrix<S> distance_matrix(const neighborhoods<S>& graph) {
+  return pair_matrix(graph, distance_weight{});
+}
+
+}  // namespace cilantro

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.search:pair;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// Whether two points belong together: a predicate of their indices i and j and of the distance
+/// between them, or of the distance alone. A lambda is a model. Pure, symmetric where both indices
+/// are of one set, and called from several threads at once.
+/// Models: `close_points`, `similar_normals`, `similar_colors`, `all_of_them`.
+export template <class F, class S>
+concept SimilarityFunction =
+    std::predicate<const F&, index_t, index_t, S> || std::predicate<const F&, S>;
+
+/// How much a pair of points counts: a function of their indices i and j and of the distance
+/// between them, or of the distance alone, that returns a number. Pure, and called from several
+/// threads at once. Models: `unit_weight`, `distance_weight`, `gaussian`, `huber` and its like; any
+/// lambda.
+export template <class F, class S>
+concept PairEvaluator = requires(const F& f, index_t i, S distance) {
+  { f(i, i, distance) } -> std::convertible_to<S>;
+} || requires(const F& f, S distance) {
+  { f(distance) } -> std::convertible_to<S>;
+};
+
+/// What `f` says about the pair, whichever arguments it takes.
+export template <Scalar S, class F>
+  requires SimilarityFunction<F, S> || PairEvaluator<F, S>
+[[nodiscard]] auto evaluate_pair(const F& f, index_t i, index_t j, S distance) {
+  if constexpr (std::invocable<const F&, index_t, index_t, S>)
+    return f(i, j, distance);
+  else
+    return f(distance);
+}
+
+/// Two sets of columns to compare: i is of the first and j of the second, which may be the same.
+template <Scalar S, int D>
+struct column_pair {
+  points_view<S, D> first, second;
+
+  column_pair(points_view<S, D> a, points_view<S, D> b) : first{a}, second{b} {
+    expects(a.empty() || b.empty() || a.dimension() == b.dimension(),
+            "the two sets must have the same dimension");
+  }
+  [[nodiscard]] S squared_distance(index_t i, index_t j) const {
+    return (first[i] - second[j]).squaredNorm();
+  }
+};
+
+/// Points at most `max_distance` apart, in the units of the coordinates. Views its points.
+export template <Scalar S, int D>
+class close_points {
+ public:
+  /// Points i and j of one set. Throws `invalid_input` for a negative distance or NaN.
+  template <BorrowedPoints P>
+  close_points(P&& points, double max_distance)
+      : close_points{points, std::forward<P>(points), max_distance} {}
+  /// Point i of the first set and j of the second.
+  template <BorrowedPoints P, BorrowedPoints Q>
+  close_points(P&& first, Q&& second, double max_distance)
+      : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
+        limit_{static_cast<S>(max_distance * max_distance)} {
+    expects(max_distance >= 0, "close_points: the distance must not be negative");
+  }
+
+  [[nodiscard]] bool operator()(index_t i, index_t j, S) const {
+    return columns_.squared_distance(i, j) <= limit_;
+  }
+
+ private:
+  column_pair<S, D> columns_;
+  S limit_;
+};
+export template <PointsSource P, class... Rest>
+close_points(P&&, Rest&&...) -> close_points<scalar_of<P>, dimension_of<P>>;
+
+export struct similar_normals_options {
+  bool ignore_sign = false;  ///< Whether n and −n are the same, as where normals have no side.
+};
+
+/// Unit normals at most `max_angle` apart, in radians. Identical normals are, whatever the angle;
+/// zero normals, which stand for unknown ones, are similar to nothing. Views its normals.
+export template <Scalar S, int D>
+class similar_normals {
+ public:
+  /// Normals i and j of one set. Throws `invalid_input` for a negative angle or NaN.
+  template <BorrowedPoints P>
+  similar_normals(P&& normals, double max_angle, similar_normals_options options = {})
+      : similar_normals{normals, std::forward<P>(normals), max_angle, options} {}
+  /// Normal i of the first set and j of the second.
+  template <BorrowedPoints P, BorrowedPoints Q>
+  similar_normals(P&& first, Q&& second, double max_angle, similar_normals_options options = {})
+      : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
+        options_{options} {
+    expects(max_angle >= 0, "similar_normals: the angle must not be negative");
+    // An angle is compared by its chord: an arc cosine would turn rounding into angles, and NaN.
+    constexpr double pi = 3.14159265358979323846;
+    const double chord = 2 * std::sin(std::min(max_angle, pi) / 2);
+    limit_ = max_angle >= pi ? std::numeric_limits<S>::infinity() : static_cast<S>(chord * chord);
+  }
+
+  [[nodiscard]] bool operator()(index_t i, index_t j, S) const {
+    const auto a = columns_.first[i];
+    const auto b = columns_.second[j];
+    if (a.isZero(0) || b.isZero(0)) return false;
+    const S chord = (a - b).squaredNorm();
+    if (!options_.ignore_sign) return chord <= limit_;
+    return std::min(chord, (a + b).squaredNorm()) <= limit_;
+  }
+
+ private:
+  column_pair<S, D> columns_;
+  similar_normals_options options_;
+  S limit_;
+};
+export template <PointsSource P>
+similar_normals(P&&, double, similar_normals_options = {})
+    -> similar_normals<scalar_of<P>, dimension_of<P>>;
+export template <PointsSource P, PointsSource Q>
+similar_normals(P&&, Q&&, double, similar_normals_options = {})
+    -> similar_normals<scalar_of<P>, dimension_of<P>>;
+
+/// Colours at most `max_distance` apart in the cube of red, green and blue in [0, 1]: black and
+/// white are √3 apart. Views its colours.
+export class similar_colors {
+ public:
+  /// Colours i and j of one set. Throws `invalid_input` for a negative distance or NaN.
+  template <BorrowedPoints P>
+  similar_colors(P&& colors, double max_distance) : compare_{colors, max_distance} {}
+  /// Colour i of the first set and j of the second.
+  template <BorrowedPoints P, BorrowedPoints Q>
+  similar_colors(P&& first, Q&& second, double max_distance)
+      : compare_{first, second, max_distance} {}
+
+  template <Scalar S>
+  [[nodiscard]] bool operator()(index_t i, index_t j, S) const {
+    return compare_(i, j, 0);
+  }
+
+ private:
+  close_points<float, 3> compare_;
+};
+
+/// What is similar by every one of several functions, asked in order until one says no.
+export template <class... F>
+class all_of_them {
+ public:
+  explicit all_of_them(F... functions) : functions_{std::move(functions)...} {}
+
+  template <Scalar S>
+    requires(SimilarityFunction<F, S> && ...)
+  [[nodiscard]] bool operator()(index_t i, index_t j, S distance) const {
+    return std::apply([&](const auto&... f) { return (evaluate_pair(f, i, j, distance) && ...); },
+                      functions_);
+  }
+
+ private:
+  std::tuple<F...> functions_;
+};
+
+static_assert(SimilarityFunction<similar_normals<float, 3>, float>);
+static_assert(SimilarityFunction<all_of_them<close_points<double, 2>, similar_colors>, double>);
+
+}  // namespace cilantro

@@ -4,8 +4,10 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <span>
 
 #include "core/closed_spaces.hpp"
@@ -75,18 +77,43 @@ least_direction<dynamic> find_least_direction(const Eigen::MatrixXd& m) {
           values[values.size() - 1]};
 }
 
-/// Fits the plane of least squares through a neighbourhood. False if it is not determined.
+/// The normal and the curvature of the plane that points with the given scatter (or covariance) lie
+/// about. `noise` is the variance that rounding alone can make. Nothing if undetermined.
 template <Scalar S, int D>
-class plane_fit {
+struct plane {
+  point_vector<S, D> normal;
+  S curvature = 0;
+
+  static std::optional<plane> of(const Eigen::Matrix<double, D, D>& scatter, double noise) {
+    const double total = scatter.trace();
+    if (!std::isfinite(total)) return std::nullopt;
+    const auto least = find_least_direction(scatter);
+    const auto dimension = scatter.rows();
+    if (dimension > 1 && !(least.second > double(dimension) * (1e-14 * least.largest + noise)))
+      return std::nullopt;
+    if (least.normal.isZero(0)) return std::nullopt;
+    return plane{least.normal.template cast<S>(),
+                 total > 0 ? static_cast<S>(std::max(least.smallest, 0.0) / total) : S(0)};
+  }
+};
+
+/// Points on a line scatter around it by the rounding of their coordinates, and no less.
+template <Scalar S>
+double rounding_of(double largest_coordinate, double extent) {
+  return std::numeric_limits<S>::epsilon() * (largest_coordinate + extent);
+}
+
+/// Fits the plane of least squares through a neighbourhood.
+template <Scalar S, int D>
+class least_squares_fit {
  public:
-  explicit plane_fit(points_view<S, D> points)
+  explicit least_squares_fit(points_view<S, D> points)
       : points_{points},
         mean_(points.dimension()),
         scatter_(points.dimension(), points.dimension()) {}
 
-  bool fit(std::span<const std::int32_t> near) {
-    const index_t dimension = points_.dimension();
-    if (std::ssize(near) < dimension) return false;
+  std::optional<plane<S, D>> operator()(std::span<const std::int32_t> near) {
+    if (std::ssize(near) < points_.dimension()) return std::nullopt;
     const vector origin = at(near[0]);
     mean_.setZero();
     for (const auto i : near) mean_ += at(i) - origin;
@@ -96,25 +123,10 @@ class plane_fit {
       const vector difference = at(i) - origin - mean_;
       scatter_.noalias() += difference * difference.transpose();
     }
-    const double total = scatter_.trace();
-    if (!std::isfinite(total)) return false;
-    const auto least = find_least_direction(scatter_);
-
-    // Points on a line scatter around it by the rounding of their coordinates, and no less.
-    const double rounding =
-        std::numeric_limits<S>::epsilon() *
-        ((origin + mean_).cwiseAbs().maxCoeff() + std::sqrt(total / double(near.size())));
-    const double noise =
-        double(dimension) * (1e-14 * least.largest + 4 * double(near.size()) * rounding * rounding);
-    if (dimension > 1 && !(least.second > noise)) return false;
-    if (least.normal.isZero(0)) return false;
-    normal = least.normal.template cast<S>();
-    curvature = total > 0 ? static_cast<S>(std::max(least.smallest, 0.0) / total) : S(0);
-    return true;
+    const double rounding = rounding_of<S>((origin + mean_).cwiseAbs().maxCoeff(),
+                                           std::sqrt(scatter_.trace() / double(near.size())));
+    return plane<S, D>::of(scatter_, 4 * double(near.size()) * rounding * rounding);
   }
-
-  point_vector<S, D> normal;
-  S curvature = 0;
 
  private:
   using vector = point_vector<double, D>;
@@ -125,12 +137,31 @@ class plane_fit {
   Eigen::Matrix<double, D, D> scatter_;
 };
 
+/// Fits a plane by a covariance that somebody else estimates.
+template <Scalar S, int D>
+struct estimated_fit {
+  points_view<S, D> points;
+  const covariance_function<S, D>& estimate;
+
+  std::optional<plane<S, D>> operator()(std::span<const std::int32_t> near) const {
+    const auto found = estimate(points, near);
+    if (!found || found->count < points.dimension()) return std::nullopt;
+    const Eigen::Matrix<double, D, D> covariance = found->covariance.template cast<double>();
+    const double extent = std::sqrt(std::max(covariance.trace(), 0.0));
+    const double rounding = rounding_of<S>(double(found->mean.cwiseAbs().maxCoeff()), extent);
+    // The covariance is rounded, too.
+    return plane<S, D>::of(
+        covariance, 4 * rounding * rounding + std::numeric_limits<S>::epsilon() * extent * extent);
+  }
+};
+
 /// Points handed to a thread at a time, with their neighbourhoods.
 constexpr index_t block_of_points = 256;
 
-template <Scalar S, int D, class Near>
+/// `fit_of_block()` makes a function that fits a plane to indices.
+template <Scalar S, int D, class Near, class Fit>
 normals_result<S, D> fit_planes(points_view<S, D> points, const normals_options& options,
-                                Near near_of_block) {
+                                Near near_of_block, Fit fit_of_block) {
   constexpr auto what = "estimate_normals: the viewpoint must have the dimension of the points";
   point_vector<S, D> viewpoint;
   if (options.viewpoint) {
@@ -141,27 +172,57 @@ normals_result<S, D> fit_planes(points_view<S, D> points, const normals_options&
                               Eigen::Matrix<S, dynamic, 1>(points.size())};
   parallel_blocks(points.size(), block_of_points, {options.threads, options.monitor},
                   [&](index_t, index_t begin, index_t end) {
-                    plane_fit<S, D> plane{points};
+                    auto fit = fit_of_block();
                     const auto near = near_of_block(begin, end);
                     for (index_t i = begin; i < end; ++i) {
-                      if (!plane.fit(near(i).indices())) {
+                      const auto plane = fit(near(i).indices());
+                      if (!plane) {
                         result.normals.col(i).setZero();
                         result.curvature[i] = 0;
                         continue;
                       }
                       S side;
                       if (options.viewpoint) {
-                        side = plane.normal.dot(viewpoint - points[i]);
+                        side = plane->normal.dot(viewpoint - points[i]);
                       } else {
                         index_t largest;
-                        plane.normal.cwiseAbs().maxCoeff(&largest);
-                        side = plane.normal[largest];
+                        plane->normal.cwiseAbs().maxCoeff(&largest);
+                        side = plane->normal[largest];
                       }
-                      result.normals.col(i) = side < 0 ? (-plane.normal).eval() : plane.normal;
-                      result.curvature[i] = plane.curvature;
+                      result.normals.col(i) = side < 0 ? (-plane->normal).eval() : plane->normal;
+                      result.curvature[i] = plane->curvature;
                     }
                   });
   return result;
+}
+
+template <Scalar S, int D, class Fit>
+normals_result<S, D> fit_planes(points_view<S, D> points, const neighborhood_spec& spec,
+                                const normals_options& options, Fit fit_of_block) {
+  const kd_tree<S, D> tree{points, {.threads = options.threads}};
+  return fit_planes(
+      points, options,
+      [&](index_t begin, index_t end) {
+        return [near = tree.find_all(points.slice(begin, end - begin), spec, {.threads = 1}),
+                begin](index_t i) { return near[i - begin]; };
+      },
+      fit_of_block);
+}
+
+template <Scalar S, int D, class Fit>
+normals_result<S, D> fit_planes(points_view<S, D> points, const neighborhoods<S>& near,
+                                const normals_options& options, Fit fit_of_block) {
+  expects(near.size() == points.size(),
+          "estimate_normals: there must be one neighborhood per point");
+  expects(std::ranges::all_of(near.indices(),
+                              [&](std::int32_t i) { return 0 <= i && i < points.size(); }),
+          "estimate_normals: a neighbor is not one of the points");
+  return fit_planes(
+      points, options,
+      [&](index_t, index_t) {
+        return [&](index_t i) { return is_finite(points[i]) ? near[i] : neighborhood<S>{}; };
+      },
+      fit_of_block);
 }
 
 }  // namespace
@@ -169,24 +230,20 @@ normals_result<S, D> fit_planes(points_view<S, D> points, const normals_options&
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
                                     const normals_options& options) {
-  const kd_tree<S, D> tree{points};
-  return fit_planes(points, options, [&](index_t begin, index_t end) {
-    return [near = tree.find_all(points.slice(begin, end - begin), spec, {.threads = 1}),
-            begin](index_t i) { return near[i - begin]; };
-  });
+  return fit_planes(points, spec, options, [&] { return least_squares_fit<S, D>{points}; });
 }
 
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
                                     const normals_options& options) {
-  expects(near.size() == points.size(),
-          "estimate_normals: there must be one neighborhood per point");
-  expects(std::ranges::all_of(near.indices(),
-                              [&](std::int32_t i) { return 0 <= i && i < points.size(); }),
-          "estimate_normals: a neighbor is not one of the points");
-  return fit_planes(points, options, [&](index_t, index_t) {
-    return [&](index_t i) { return is_finite(points[i]) ? near[i] : neighborhood<S>{}; };
-  });
+  return fit_planes(points, near, options, [&] { return least_squares_fit<S, D>{points}; });
+}
+
+template <Scalar S, int D, class Near>
+normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& near,
+                                       const normals_options& options,
+                                       const covariance_function<S, D>& estimate) {
+  return fit_planes(points, near, options, [&] { return estimated_fit<S, D>{points, estimate}; });
 }
 
 template <Scalar S, int D>
@@ -204,6 +261,12 @@ void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint
                                                      const normals_options&);                     \
   template normals_result<S, D> closed_normals<S, D>(points_view<S, D>, const neighborhoods<S>&,  \
                                                      const normals_options&);                     \
+  template normals_result<S, D> closed_normals_by(points_view<S, D>, const neighborhood_spec&,    \
+                                                  const normals_options&,                         \
+                                                  const covariance_function<S, D>&);              \
+  template normals_result<S, D> closed_normals_by(points_view<S, D>, const neighborhoods<S>&,     \
+                                                  const normals_options&,                         \
+                                                  const covariance_function<S, D>&);              \
   template void closed_orient<S, D>(points_view<S, D>, const point_vector<S, D>*, S*, index_t);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE

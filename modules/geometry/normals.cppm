@@ -4,6 +4,8 @@ export module cilantro.geometry:normals;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
+import :covariance;
+import :moments;
 
 namespace cilantro {
 
@@ -34,6 +36,15 @@ normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
                                     const normals_options& options);
+/// As an estimator of the closed dimension of a space.
+template <Scalar S, int D>
+using covariance_function =
+    std::function<std::optional<moments<S, D>>(points_view<S, D>, std::span<const std::int32_t>)>;
+template <Scalar S, int D, class Near>
+normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& near,
+                                       const normals_options& options,
+                                       const covariance_function<S, D>& estimate);
+
 /// Turns normal i along viewpoint − guides[i], or along guides[i] if there is no viewpoint.
 template <Scalar S, int D>
 void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint, S* normals,
@@ -66,6 +77,28 @@ export template <PointsSource P>
     -> normals_result<scalar_of<P>, dimension_of<P>> {
   auto found = closed_normals<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
                                                                                near, options);
+  return {std::move(found.normals), std::move(found.curvature)};
+}
+
+/// As above, from the covariance that an estimator of yours finds for each neighbourhood: robust
+/// normals are `estimate_normals(points, knn{30}, minimum_covariance_determinant{})`. Undetermined
+/// are also the points for which it has no answer. `near` is a specification or neighbourhoods.
+export template <PointsSource P, class Near, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
+  requires std::convertible_to<const Near&, neighborhood_spec> ||
+           std::same_as<Near, neighborhoods<scalar_of<P>>>
+[[nodiscard]] auto estimate_normals(const P& points, const Near& near, const E& estimate,
+                                    const normals_options& options = {})
+    -> normals_result<scalar_of<P>, dimension_of<P>> {
+  using S = scalar_of<P>;
+  constexpr int D = dimension_of<P>;
+  constexpr int C = closed_dimension<D>;
+  using near_type =
+      std::conditional_t<std::same_as<Near, neighborhoods<S>>, neighborhoods<S>, neighborhood_spec>;
+  const auto view = points_in(points);
+  const covariance_function<S, C> by = [&](points_view<S, C>, std::span<const std::int32_t> some) {
+    return with_dimension<S, C>(std::optional<moments<S, D>>{estimate(view, some)});
+  };
+  auto found = closed_normals_by<S, C, near_type>(view, near, options, by);
   return {std::move(found.normals), std::move(found.curvature)};
 }
 

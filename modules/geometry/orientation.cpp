@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.geometry;
+
+namespace cilantro {
+namespace {
+
+/// Sets that are merged, each known by one of its members.
+class disjoint_sets {
+ public:
+  explicit disjoint_sets(index_t size) : parent_(static_cast<std::size_t>(size)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  std::int32_t find(std::int32_t i) {
+    while (at(i) != i) i = at(i) = at(at(i));
+    return i;
+  }
+  /// False if they were one already.
+  bool merge(std::int32_t i, std::int32_t j) {
+    i = find(i);
+    j = find(j);
+    at(std::max(i, j)) = std::min(i, j);
+    return i != j;
+  }
+
+ private:
+  std::int32_t& at(std::int32_t i) { return parent_[static_cast<std::size_t>(i)]; }
+  std::vector<std::int32_t> parent_;
+};
+
+template <class S>
+struct costly_edge {
+  S cost;
+  std::int32_t i, j;
+  friend auto operator<=>(const costly_edge&, const costly_edge&) = default;
+};
+
+}  // namespace
+
+template <Scalar S, int D>
+index_t closed_orient_consistently(points_view<S, D> points, const neighborhoods<S>& graph,
+                                   const point_vector<S, D>* viewpoint, S* normals,
+                                   index_t stride) {
+  expects(graph.size() == points.size(),
+          "orient_consistently: the graph must have one node per point");
+  const index_t n = points.size();
+  const auto normal = [&](index_t i) {
+    return Eigen::Map<point_vector<S, D>>{normals + i * stride, points.dimension()};
+  };
+  const auto is_known = [&](index_t i) {
+    return is_finite(points[i]) && is_finite(normal(i)) && !normal(i).isZero(0);
+  };
+
+  const auto symmetric = neighbor_graph(graph);
+  std::vector<costly_edge<S>> edges;
+  for (index_t i = 0; i < n; ++i)
+    for (const auto& [j, distance] : symmetric[i])
+      if (i < j && is_known(i) && is_known(j))
+        edges.push_back({1 - std::min(S(1), std::abs(normal(i).dot(normal(j)))),
+                         static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
+  std::ranges::sort(edges);
+  // Kruskal's algorithm; what stays in `edges` is the tree, or a tree per part.
+  disjoint_sets parts{n};
+  std::erase_if(edges, [&](const costly_edge<S>& e) { return !parts.merge(e.i, e.j); });
+  std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
+  for (const auto& e : edges)
+    for (const auto end : {e.i, e.j}) ++offsets[static_cast<std::size_t>(end) + 1];
+  std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+  std::vector<std::int32_t> next(static_cast<std::size_t>(offsets.back()));
+  auto place = offsets;
+  for (const auto& e : edges)
+    for (const auto& [from, to] : {std::pair{e.i, e.j}, std::pair{e.j, e.i}})
+      next[static_cast<std::size_t>(place[static_cast<std::size_t>(from)]++)] = to;
+
+  // The root of each part: the nearest to the viewpoint, or the highest.
+  const auto rank = [&](index_t i) {
+    return viewpoint ? (points[i] - *viewpoint).squaredNorm() : -points[i][points.dimension() - 1];
+  };
+  std::vector<std::int32_t> root(static_cast<std::size_t>(n), -1);
+  for (index_t i = 0; i < n; ++i) {
+    if (!is_known(i)) continue;
+    auto& best = root[static_cast<std::size_t>(parts.find(static_cast<std::int32_t>(i)))];
+    if (best < 0 || rank(i) < rank(best)) best = static_cast<std::int32_t>(i);
+  }
+
+  index_t count = 0;
+  std::vector<std::pair<std::int32_t, std::int32_t>>
+      open;  // A node, and where it was reached from.
+  for (const std::int32_t r : root) {
+    if (r < 0) continue;
+    ++count;
+    const S side =
+        viewpoint ? normal(r).dot(*viewpoint - points[r]) : normal(r)[points.dimension() - 1];
+    if (side < 0) normal(r) = -normal(r);
+    open.emplace_back(r, -1);
+    while (!open.empty()) {
+      const auto [i, from] = open.back();
+      open.pop_back();
+      for (index_t e = offsets[static_cast<std::size_t>(i)];
+           e < offsets[static_cast<std::size_t>(i) + 1]; ++e) {
+        const std::int32_t j = next[static_cast<std::size_t>(e)];
+        if (j == from) continue;
+        if (normal(i).dot(normal(j)) < 0) normal(j) = -normal(j);
+        open.emplace_back(j, i);
+      }
+    }
+  }
+  return count;
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template index_t closed_orient_consistently<S, D>(points_view<S, D>, const neighborhoods<S>&, \
+                                                    const point_vector<S, D>*, S*, index_t);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

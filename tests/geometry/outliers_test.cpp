@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <stop_token>
+#include <vector>
+
+#include "spaces.hpp"
+
+import cilantro;
+import test_support;
+
+using namespace cilantro;
+
+namespace {
+
+template <class T>
+auto scan(std::uint64_t seed) {
+  auto points = test::random_points<T>(800, seed);
+  points.leftCols(20) *= typename T::scalar(4);
+  points(0, 33) = test::nan<typename T::scalar>;
+  points(1, 34) = test::infinity<typename T::scalar>;
+  return points;
+}
+
+/// The distances to the others, ascending, by looking at all.
+template <class M>
+std::vector<double> distances_to_others(const M& points, index_t i) {
+  std::vector<double> all;
+  for (index_t j = 0; j < points.cols(); ++j)
+    if (j != i && points.col(j).allFinite())
+      all.push_back(double((points.col(i) - points.col(j)).norm()));
+  std::ranges::sort(all);
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("statistical outliers are those of the definition", T, ALL_SPACES) {
+  const auto points = scan<T>(1);
+  std::vector<double> means;
+  double sum = 0, squares = 0;
+  for (index_t i = 0; i < points.cols(); ++i) {
+    if (!points.col(i).allFinite()) {
+      means.push_back(test::nan<double>);
+      continue;
+    }
+    const auto all = distances_to_others(points, i);
+    double mean = 0;
+    for (std::size_t k = 0; k < 15; ++k) mean += all[k] / 15;
+    means.push_back(mean);
+    sum += mean;
+    squares += mean * mean;
+  }
+  const double n = 798, mean = sum / n,
+               deviation = std::sqrt((squares - n * mean * mean) / (n - 1));
+  std::vector<std::int32_t> kept, removed;
+  for (std::int32_t i = 0; i < 800; ++i)
+    (means[std::size_t(i)] <= mean + 1.5 * deviation ? kept : removed).push_back(i);
+  const auto found = statistical_outliers(points, {.neighbors = 15, .deviations = 1.5});
+  CHECK(found.kept == kept);
+  CHECK(found.removed == removed);
+  CHECK(removed.size() > 10);
+  for (const int threads : {1, 2, 5})
+    CHECK(statistical_outliers(points, {.neighbors = 15, .deviations = 1.5, .threads = threads})
+              .kept == kept);
+}
+
+TEST_CASE_TEMPLATE("radius outliers are those of the definition", T, ALL_SPACES) {
+  const auto points = scan<T>(2);
+  for (const index_t least : {0, 1, 6}) {
+    std::vector<std::int32_t> kept;
+    for (index_t i = 0; i < 800; ++i) {
+      if (!points.col(i).allFinite()) continue;
+      const auto all = distances_to_others(points, i);
+      if (std::ranges::count_if(all, [](double d) { return d <= 0.3; }) >= least)
+        kept.push_back(std::int32_t(i));
+    }
+    const auto found = radius_outliers(points, {.radius = 0.3, .min_neighbors = least});
+    CHECK(found.kept == kept);
+    CHECK(found.kept.size() + found.removed.size() == 800);
+  }
+}
+
+TEST_CASE("few, equal and evenly spaced points are no outliers") {
+  CHECK(statistical_outliers(Eigen::Matrix3Xf(3, 0)).kept.empty());
+  CHECK(statistical_outliers(Eigen::Matrix3Xf::Ones(3, 1).eval()).kept.size() == 1);
+  CHECK(statistical_outliers(Eigen::Matrix3Xf::Ones(3, 50).eval(), {.deviations = 0}).kept.size() ==
+        50);
+  Eigen::Matrix<double, 1, -1, Eigen::RowMajor> circle(1, 2);
+  circle << 0.1, 0.4;
+  CHECK(statistical_outliers(circle, {.deviations = 0}).kept.size() == 2);
+  CHECK(radius_outliers(Eigen::Matrix3Xf::Ones(3, 3).eval(), {.radius = 0}).kept.size() == 3);
+  CHECK(radius_outliers(Eigen::Matrix3Xf::Ones(3, 2).eval(), {.radius = 0}).kept.empty());
+}
+
+TEST_CASE("filters refuse what makes no sense, and can be stopped") {
+  const auto points = test::random_points<test::f3>(5000);
+  CHECK_THROWS_AS((void)statistical_outliers(points, {.neighbors = 0}), invalid_input);
+  CHECK_THROWS_AS((void)statistical_outliers(points, {.deviations = -1}), invalid_input);
+  CHECK_THROWS_AS((void)radius_outliers(points, {.radius = test::nan<double>}), invalid_input);
+  CHECK_THROWS_AS((void)radius_outliers(points, {.radius = 1, .min_neighbors = -1}), invalid_input);
+  std::stop_source stop;
+  stop.request_stop();
+  CHECK_THROWS_AS((void)statistical_outliers(points, {.monitor = {.stop = stop.get_token()}}),
+                  cancelled);
+  CHECK_THROWS_AS((void)farthest_point_sample(points, 9, {.monitor = {.stop = stop.get_token()}}),
+                  cancelled);
+}
+
+TEST_CASE("random samples are distinct, sorted, seeded, and any point may be in them") {
+  std::set<std::int32_t> seen;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const auto sample = random_sample(50, 7, seed);
+    CHECK(sample.size() == 7);
+    CHECK(std::ranges::adjacent_find(sample, std::ranges::greater_equal{}) == sample.end());
+    CHECK(sample == random_sample(50, 7, seed));
+    seen.insert(sample.begin(), sample.end());
+  }
+  CHECK(seen.size() == 50);
+  CHECK(random_sample(5, 9).size() == 5);
+  CHECK(random_sample(0, 3).empty());
+  CHECK_THROWS_AS((void)random_sample(5, -1), invalid_input);
+}
+
+TEST_CASE("uniform samples are at equal steps") {
+  CHECK(uniform_sample(10, 4) == std::vector<std::int32_t>{0, 2, 5, 7});
+  CHECK(uniform_sample(10, 10).size() == 10);
+  CHECK(uniform_sample(3, 10) == std::vector<std::int32_t>{0, 1, 2});
+  CHECK(uniform_sample(10, 0).empty());
+  CHECK_THROWS_AS((void)uniform_sample(10, -2), invalid_input);
+}
+
+TEST_CASE_TEMPLATE("each farthest point is the farthest from all before it", T, ALL_SPACES) {
+  const auto points = scan<T>(3);
+  const auto sample = farthest_point_sample(points, 40, {.first = 33});
+  REQUIRE(sample.size() == 40);
+  CHECK(sample[0] == 35);
+  for (std::size_t s = 1; s < sample.size(); ++s) {
+    const auto distance = [&](index_t i) {
+      double least = test::infinity<double>;
+      for (std::size_t t = 0; t < s; ++t)
+        least = std::min(least, (points.col(i).template cast<double>() -
+                                 points.col(sample[t]).template cast<double>())
+                                    .squaredNorm());
+      return least;
+    };
+    for (index_t i = 0; i < 800; ++i)
+      if (points.col(i).allFinite())
+        REQUIRE((distance(i) < distance(sample[s]) ||
+                 (distance(i) == distance(sample[s]) && sample[s] <= i)));
+  }
+  for (const int threads : {1, 2, 5})
+    CHECK(farthest_point_sample(points, 40, {.first = 33, .threads = threads}) == sample);
+}
+
+TEST_CASE("farthest points of few or equal points are all of them, once") {
+  const auto same = farthest_point_sample(Eigen::Matrix3Xf::Ones(3, 5).eval(), 9);
+  CHECK(same == std::vector<std::int32_t>{0, 1, 2, 3, 4});
+  CHECK(farthest_point_sample(Eigen::Matrix3Xf(3, 0), 9).empty());
+  CHECK(
+      farthest_point_sample(Eigen::Matrix3Xf::Constant(3, 4, test::nan<float>).eval(), 9).empty());
+  CHECK_THROWS_AS((void)farthest_point_sample(Eigen::Matrix3Xf(3, 2), -1), invalid_input);
+  CHECK_THROWS_AS((void)farthest_point_sample(Eigen::Matrix3Xf(3, 2), 1, {.first = 2}),
+                  invalid_input);
+}

@@ -13,14 +13,13 @@ using namespace cilantro;
 int main() {
   const auto to_cloud = [](int number) {
     const auto frame = simulate(number, {.width = 160, .height = 120, .noise = 0.001});
-    return point_cloud<double, 3>{.points = unproject(frame.depth, frame.camera)};
+    return cloud_from_depth(frame.depth, frame.camera);
   };
   // A step of your own is a lambda, wrapped once.
   const auto without_ceiling = step{[](auto cloud) {
     return select(cloud, [&](index_t i) { return cloud.points(2, i) < 2.5; });
   }};
-  const auto prepare =
-      remove_invalid() | without_ceiling | voxel_downsample(0.05) | estimate_normals(radius{0.15});
+  const auto prepare = without_ceiling | voxel_downsample(0.05) | estimate_normals(radius{0.15});
 
   point_cloud<double, 3> map;
   for (auto cloud :

@@ -79,6 +79,7 @@ using std::remove_cvref_t;
 using std::remove_reference_t;
 
 using std::convertible_to;
+using std::copy_constructible;
 using std::derived_from;
 using std::integral;
 using std::invocable;
@@ -167,6 +168,7 @@ using std::ranges::range_value_t;
 using std::ranges::size;
 using std::ranges::sized_range;
 using std::ranges::sort;
+using std::ranges::upper_bound;
 using std::ranges::view_interface;
 namespace views {
 using std::ranges::views::iota;

@@ -12,7 +12,8 @@ namespace cilantro {
 export using attribute_values =
     std::variant<std::vector<std::int8_t>, std::vector<std::uint8_t>, std::vector<std::int16_t>,
                  std::vector<std::uint16_t>, std::vector<std::int32_t>, std::vector<std::uint32_t>,
-                 std::vector<float>, std::vector<double>>;
+                 std::vector<float>, std::vector<double>, std::vector<std::int64_t>,
+                 std::vector<std::uint64_t>>;
 
 /// Values with a name that is unique in its cloud.
 export struct attribute {

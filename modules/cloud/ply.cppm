@@ -3,16 +3,13 @@ export module cilantro.cloud:ply;
 
 import cilantro.standard;
 import cilantro.core;
+import :file_options;
 import :pipeline;
 import :point_cloud;
 
 namespace cilantro {
 
 export enum class ply_format { ascii, binary_little_endian, binary_big_endian };
-
-export struct ply_read_options {
-  task_monitor monitor = {};
-};
 
 export struct ply_write_options {
   ply_format format = ply_format::binary_little_endian;
@@ -26,7 +23,8 @@ export struct ply_write_options {
 /// x, y (and z if D is 3) become the points, nx, ny (nz) the normals, and red, green, blue, as 8
 /// bits or as floats, the colours, where they are all there. Every other scalar property of a
 /// vertex becomes an attribute of its own type; list properties and other elements (faces) are
-/// skipped. Comments are kept. Numbers do not depend on the locale; non-finite ones are read as
+/// skipped. Comments are kept. Coordinates that S would round are treated as `origin_policy` says.
+/// Numbers do not depend on the locale; non-finite ones are read as
 /// such.
 ///
 /// Throws `io_error` with path, and line or byte, for what is not a regular file, or is malformed
@@ -35,22 +33,24 @@ export struct ply_write_options {
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_ply(const std::filesystem::path& path,
-                                         const ply_read_options& options = {});
+                                         const read_options& options = {});
 
 /// As above, from memory; errors call it `name`.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_ply(std::span<const std::byte> bytes,
                                          const std::filesystem::path& name = "memory",
-                                         const ply_read_options& options = {});
+                                         const read_options& options = {});
 
 /// Writes a cloud with its normals, colours, attributes and comments, points and normals in their
-/// own scalar; as text, numbers have as many digits as reading them back exactly needs.
+/// own scalar, or in double where the cloud has an origin; as text, numbers have as many digits as
+/// reading them back exactly needs.
 ///
 /// The file appears under its name when it is complete, and replaces one that was there; until
 /// then, and if anything fails, that one stays as it was. (What is not a regular file, such as a
 /// pipe or a device, is written to directly.) Throws `io_error`; and `invalid_input` for mismatched
-/// sizes, for attributes that PLY could not tell apart, and for names with white space.
+/// sizes, for attributes that PLY could not tell apart or of integers with 64 bits, and for names
+/// with white space.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,

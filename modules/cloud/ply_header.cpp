@@ -9,10 +9,13 @@
 #include <system_error>
 #include <utility>
 
-#include "ply_stream.hpp"
+#include "byte_stream.hpp"
 
 namespace cilantro::ply {
 namespace {
+
+using detail::byte_stream;
+using detail::word_reader;
 
 /// The header must end somewhere: a file of another kind is not read to its end in search of it.
 constexpr std::uint64_t longest_header = std::uint64_t{1} << 20;

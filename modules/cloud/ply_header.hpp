@@ -12,11 +12,14 @@
 #include <utility>
 #include <vector>
 
+#include "number.hpp"
+
 namespace cilantro::ply {
 
 enum class encoding { ascii, little_endian, big_endian };
 
-enum class number : unsigned char { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+using detail::number;
+using detail::size_of;
 
 /// The names of a number in a header, the one that is written first.
 inline constexpr std::array<std::pair<std::string_view, number>, 16> number_names{{
@@ -37,35 +40,6 @@ inline constexpr std::array<std::pair<std::string_view, number>, 16> number_name
     {"float32", number::float32},
     {"float64", number::float64},
 }};
-
-constexpr std::size_t size_of(number n) {
-  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<std::size_t>(n)];
-}
-
-/// Calls `f` with a value of the C++ type of `n`.
-template <class F>
-decltype(auto) visit_number(number n, F&& f) {
-  switch (n) {
-    case number::int8:
-      return f(std::int8_t{});
-    case number::uint8:
-      return f(std::uint8_t{});
-    case number::int16:
-      return f(std::int16_t{});
-    case number::uint16:
-      return f(std::uint16_t{});
-    case number::int32:
-      return f(std::int32_t{});
-    case number::uint32:
-      return f(std::uint32_t{});
-    case number::float32:
-      return f(float{});
-    case number::float64:
-      break;
-  }
-  return f(double{});
-}
 
 struct property {
   std::string name;
@@ -98,9 +72,15 @@ struct header {
   std::vector<std::string> comments;
 };
 
-class byte_stream;
+}  // namespace cilantro::ply
 
-/// Reads up to the end of the header. Throws `failure`.
-header read_header(byte_stream& in);
+namespace cilantro::detail {
+class byte_stream;
+}
+
+namespace cilantro::ply {
+
+/// Reads up to the end of the header. Throws `detail::failure`.
+header read_header(detail::byte_stream& in);
 
 }  // namespace cilantro::ply

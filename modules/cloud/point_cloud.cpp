@@ -77,7 +77,7 @@ std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, inde
   template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,           \
                                               const normals_options&);                        \
   template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&,    \
-                                              const voxel_options&);                          \
+                                              const voxel_downsample_options&);               \
   template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE

@@ -11,6 +11,15 @@ import :attribute;
 
 namespace cilantro {
 
+/// Zeros, or no coordinates at all for a run-time dimension, which mean the same.
+template <int D>
+point_vector<double, D> no_origin() {
+  if constexpr (D == dynamic)
+    return {};
+  else
+    return point_vector<double, D>::Zero();
+}
+
 /// Points and what is known about each of them. A plain value: copy it, move it, compare it, write
 /// to its members. Every function on clouds keeps, drops or transforms each member as its comment
 /// says.
@@ -19,18 +28,33 @@ struct point_cloud {
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  point_matrix<S, D> points = {};   ///< `Dim × N`.
+  point_matrix<S, D> points = {};   ///< `Dim × N`, relative to `origin`.
   point_matrix<S, D> normals = {};  ///< `Dim × N`, unit length or zero if unknown; or no columns.
   Eigen::Matrix<float, 3, dynamic> colors =
       {};                                  ///< `3 × N` red, green, blue in [0, 1]; or no columns.
   std::vector<attribute> attributes = {};  ///< Any number, with different names.
   std::vector<std::string> comments = {};  ///< About the whole; always kept.
+  /// Where in the world (0, 0, …) is, in double: what readers subtract from coordinates, such as
+  /// those of maps, that the scalar would round. World coordinates are points + origin.
+  point_vector<double, D> origin = no_origin<D>();
+  /// Of an organised cloud, whose points are the pixels of a picture, row by row; otherwise 0. Kept
+  /// as long as all points are.
+  int width = 0, height = 0;
 
   [[nodiscard]] index_t size() const { return points.cols(); }
   [[nodiscard]] bool empty() const { return size() == 0; }
   [[nodiscard]] index_t dimension() const { return points.rows(); }
   [[nodiscard]] bool has_normals() const { return normals.cols() > 0; }
   [[nodiscard]] bool has_colors() const { return colors.cols() > 0; }
+  [[nodiscard]] bool has_origin() const { return origin.size() > 0 && !origin.isZero(0); }
+  [[nodiscard]] bool is_organized() const { return width > 0 && height > 0; }
+  /// The origin with all its coordinates, also where it has none.
+  [[nodiscard]] point_vector<double, D> full_origin() const {
+    return origin.size() > 0 ? origin
+                             : point_vector<double, D>{point_vector<double, D>::Zero(dimension())};
+  }
+  /// A place in the world as the cloud's points are given.
+  [[nodiscard]] coordinates to_local(const coordinates& world) const;
 
   /// The attribute of that name, or null.
   [[nodiscard]] const attribute* find_attribute(std::string_view name) const {
@@ -76,17 +100,31 @@ bool operator==(const point_cloud<S, D>& a, const point_cloud<S, D>& b) {
     return m.rows() == n.rows() && m.cols() == n.cols() && (m.array() == n.array()).all();
   };
   return same(a.points, b.points) && same(a.normals, b.normals) && same(a.colors, b.colors) &&
-         a.attributes == b.attributes && a.comments == b.comments;
+         a.attributes == b.attributes && a.comments == b.comments && a.width == b.width &&
+         a.height == b.height && same(a.full_origin(), b.full_origin());
+}
+
+template <Scalar S, int D>
+coordinates point_cloud<S, D>::to_local(const coordinates& world) const {
+  if (!has_origin() || world.size() != dimension()) return world;
+  return world.as<double, D>(dimension(), "") - origin;
 }
 
 void expect_consistent(index_t points, index_t normals, index_t colors,
                        std::span<const attribute> attributes, const char* who);
 
 /// Throws `invalid_input`, naming the function `who`, if normals, colours or an attribute do not
-/// have one entry per point, or if two attributes have one name.
+/// have one entry per point, if two attributes have one name, if width and height are not those of
+/// the points, or if the origin is not finite or of another dimension.
 template <Scalar S, int D>
 void expect_consistent(const point_cloud<S, D>& cloud, const char* who) {
   expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), cloud.attributes, who);
+  expects((cloud.width == 0 && cloud.height == 0) ||
+              index_t{cloud.width} * cloud.height == cloud.size(),
+          std::string{who} + ": width and height of the cloud do not fit its points");
+  expects(cloud.origin.size() == 0 ||
+              (cloud.origin.size() == cloud.dimension() && is_finite(cloud.origin)),
+          std::string{who} + ": the origin of the cloud must be finite, of the points' dimension");
 }
 
 template <Scalar S, int D>
@@ -106,6 +144,7 @@ point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::in
     selected.colors = gather_columns<float, 3>(as_points(cloud.colors), indices);
   for (const auto& a : cloud.attributes) selected.attributes.push_back(select(a, indices));
   selected.comments = cloud.comments;
+  selected.origin = cloud.origin;
   return selected;
 }
 
@@ -139,7 +178,8 @@ export template <Scalar S, int D>
   return gather(cloud, kept);
 }
 
-/// The cloud moved by `transform`, rigid or affine: points, and normals by the inverse transpose.
+/// The cloud moved by `transform`, rigid or affine, of the world: points, and normals by the
+/// inverse transpose. A cloud with an origin has that moved in double, and its points stay small.
 /// Colours and attributes stay as they are. Throws `invalid_input` for a transform of another
 /// dimension, and for one that cannot be inverted if there are normals.
 export template <Scalar S, int D, int E, int Mode, int O>
@@ -147,13 +187,21 @@ export template <Scalar S, int D, int E, int Mode, int O>
                                           const Eigen::Transform<S, E, Mode, O>& transform) {
   expect_consistent(cloud, "transform");
   if (cloud.has_normals()) transform_normals(transform, cloud.normals, cloud.normals);
-  transform_points(transform, cloud.points, cloud.points);
+  if (!cloud.has_origin()) {
+    transform_points(transform, cloud.points, cloud.points);
+    return cloud;
+  }
+  Eigen::Transform<S, E, Mode, O> around_origin = transform;
+  around_origin.translation().setZero();
+  transform_points(around_origin, cloud.points, cloud.points);
+  cloud.origin = transform.linear().template cast<double>() * cloud.origin +
+                 transform.translation().template cast<double>();
   return cloud;
 }
 
 /// The points of `first`, then those of `second`. Both must know the same about their points:
 /// throws `invalid_input` naming normals, colours or the attribute that only one of them has. An
-/// empty cloud goes with every other. Comments of both are kept.
+/// empty cloud goes with every other. Comments of both are kept, and the origin of the first one.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> append(point_cloud<S, D> first, const point_cloud<S, D>& second) {
   expect_consistent(first, "append");
@@ -165,7 +213,7 @@ export template <Scalar S, int D>
   };
   if (first.empty() || second.empty()) {
     auto all = comments();
-    if (first.empty()) first = second;
+    if (first.empty() && !second.empty()) first = second;
     first.comments = std::move(all);
     return first;
   }
@@ -187,7 +235,13 @@ export template <Scalar S, int D>
     columns.conservativeResize(more.rows(), before + more.cols());
     columns.rightCols(more.cols()) = more;
   };
-  extend(first.points, second.points);
+  const point_vector<double, D> shift = second.full_origin() - first.full_origin();
+  if (shift.isZero(0))
+    extend(first.points, second.points);
+  else
+    extend(first.points,
+           ((second.points.template cast<double>().colwise() + shift).template cast<S>()).eval());
+  first.width = first.height = 0;
   if (first.has_normals()) extend(first.normals, second.normals);
   if (first.has_colors()) extend(first.colors, second.colors);
   first.attributes = std::move(attributes);
@@ -198,8 +252,29 @@ export template <Scalar S, int D>
 /// The cloud with points and normals in another scalar. Colours and attributes keep their types.
 export template <Scalar T, Scalar S, int D>
 [[nodiscard]] point_cloud<T, D> cast(const point_cloud<S, D>& cloud) {
-  return {cloud.points.template cast<T>(), cloud.normals.template cast<T>(), cloud.colors,
-          cloud.attributes, cloud.comments};
+  return {cloud.points.template cast<T>(),
+          cloud.normals.template cast<T>(),
+          cloud.colors,
+          cloud.attributes,
+          cloud.comments,
+          cloud.origin,
+          cloud.width,
+          cloud.height};
+}
+
+/// The options with the viewpoint as the cloud's points are given.
+template <Scalar S, int D>
+normals_options local_to(const point_cloud<S, D>& cloud, normals_options options) {
+  if (options.viewpoint) options.viewpoint = cloud.to_local(*options.viewpoint);
+  return options;
+}
+
+template <Scalar S, int D>
+point_cloud<S, D> with_normals(point_cloud<S, D>&& cloud, normals_result<S, D>&& found) {
+  cloud.normals = std::move(found.normals);
+  cloud.set_attribute("curvature", std::vector<S>(found.curvature.data(),
+                                                  found.curvature.data() + found.curvature.size()));
+  return std::move(cloud);
 }
 
 /// The cloud with normals, and with the curvatures as its attribute "curvature"; both replace what
@@ -208,29 +283,67 @@ export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud, neighborhood_spec spec,
                                                  const normals_options& options = {}) {
   expect_consistent(cloud, "estimate_normals");
-  auto found = estimate_normals(cloud.points, spec, options);
-  cloud.normals = std::move(found.normals);
-  cloud.set_attribute("curvature", std::vector<S>(found.curvature.data(),
-                                                  found.curvature.data() + found.curvature.size()));
-  return cloud;
+  return with_normals(std::move(cloud),
+                      estimate_normals(cloud.points, spec, local_to(cloud, options)));
 }
+
+/// As above, from the covariance that an estimator finds for each neighbourhood.
+export template <Scalar S, int D, CovarianceEstimator<S, D> E>
+[[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud, neighborhood_spec spec,
+                                                 const E& estimate,
+                                                 const normals_options& options = {}) {
+  expect_consistent(cloud, "estimate_normals");
+  return with_normals(std::move(cloud),
+                      estimate_normals(cloud.points, spec, estimate, local_to(cloud, options)));
+}
+
+/// How `voxel_downsample` reduces a cloud.
+export struct voxel_downsample_options {
+  index_t min_points = 1;                  ///< Cells with fewer points are left out.
+  std::optional<coordinates> origin = {};  ///< A corner that cells share; zero if none is given.
+  voxel_pick pick = voxel_pick::mean;      ///< What stands for a cell.
+  int threads = 0;
+  task_monitor monitor = {};
+};
 
 /// One point per occupied cell, as `voxel_downsample` on points: the mean of the points, of the
 /// normals (turned to one side, at unit length) and of the colours of a cell; attributes as a mean
-/// if they are floating, as the lower median if they are integers.
+/// if they are floating, as the lower median if they are integers. Or one of the points of the
+/// cell, with all that belongs to it. Cells lie where they do in the world, whatever the cloud's
+/// origin. Throws as `voxel_grid` does, and if normals are to be compared and there are none.
+/// Memory beside the result: about 24 bytes a point.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> voxel_downsample(const point_cloud<S, D>& cloud,
                                                  const voxel_size& size,
-                                                 const voxel_options& options = {}) {
+                                                 const voxel_downsample_options& options = {}) {
   expect_consistent(cloud, "voxel_downsample");
-  const voxel_grid<S, D> grid{as_points(cloud.points), size, options};
+  voxel_options cells{options.min_points, options.origin, options.threads, options.monitor};
+  if (cloud.has_origin())
+    cells.origin = cloud.to_local(cells.origin.value_or(
+        coordinates{point_vector<double, D>::Zero(cloud.dimension()).eval()}));
+  const voxel_grid<S, D> grid{as_points(cloud.points), size, cells};
   const execution how{.threads = options.threads};
+  switch (options.pick) {
+    case voxel_pick::mean:
+      break;
+    case voxel_pick::first:
+      return gather(cloud, std::span<const std::int32_t>{first_of_groups(grid.groups())});
+    case voxel_pick::nearest_to_center:
+      return gather(cloud,
+                    std::span<const std::int32_t>{nearest_to_centers(cloud.points, grid, how)});
+    case voxel_pick::medoid_of_normals:
+      expects(cloud.has_normals() || cloud.empty(),
+              "voxel_downsample: the cloud has no normals to compare; estimate them first");
+      return gather(cloud, std::span<const std::int32_t>{
+                               medoids_of_normals(cloud.normals, grid.groups(), how)});
+  }
   point_cloud<S, D> reduced;
   reduced.points = group_means(cloud.points, grid.groups(), how);
   if (cloud.has_normals()) reduced.normals = group_directions(cloud.normals, grid.groups(), how);
   if (cloud.has_colors()) reduced.colors = group_means(cloud.colors, grid.groups(), how);
   for (const auto& a : cloud.attributes) reduced.attributes.push_back(reduce(a, grid.groups()));
   reduced.comments = cloud.comments;
+  reduced.origin = cloud.origin;
   return reduced;
 }
 
@@ -241,7 +354,21 @@ export template <Scalar S, int D>
   expect_consistent(cloud, "orient_to_viewpoint");
   expects(cloud.has_normals() || cloud.empty(),
           "orient_to_viewpoint: the cloud has no normals; estimate them first");
-  if (cloud.has_normals()) orient_to_viewpoint(cloud.normals, cloud.points, viewpoint);
+  if (cloud.has_normals())
+    orient_to_viewpoint(cloud.normals, cloud.points, cloud.to_local(viewpoint));
+  return cloud;
+}
+
+/// The cloud with its normals turned so that neighbours agree over the whole surface, as
+/// `orient_consistently` on points. Throws `invalid_input` if it has none.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> orient_consistently(point_cloud<S, D> cloud, neighborhood_spec spec,
+                                                    orientation_options options = {}) {
+  expect_consistent(cloud, "orient_consistently");
+  expects(cloud.has_normals() || cloud.empty(),
+          "orient_consistently: the cloud has no normals; estimate them first");
+  if (options.viewpoint) options.viewpoint = cloud.to_local(*options.viewpoint);
+  if (cloud.has_normals()) orient_consistently(cloud.normals, cloud.points, spec, options);
   return cloud;
 }
 
@@ -258,7 +385,7 @@ export template <Scalar S, int D>
   extern template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,        \
                                                      const normals_options&);                     \
   extern template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&, \
-                                                     const voxel_options&);                       \
+                                                     const voxel_downsample_options&);            \
   extern template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE

@@ -2,6 +2,7 @@
 export module cilantro.core:image;
 
 import cilantro.standard;
+import cilantro.eigen;
 import :error;
 import :points;
 
@@ -40,5 +41,51 @@ class image {
   int width_ = 0, height_ = 0;
   std::vector<T> pixels_;
 };
+
+/// A read-only picture in somebody else's memory, row by row from the top left. Made of an `image`,
+/// of a row-major Eigen matrix, or of a pointer, as to the data of an OpenCV matrix:
+/// `image_view{m.ptr<std::uint16_t>(), m.cols, m.rows, m.step1()}`. Valid while that memory is.
+export template <class T>
+class image_view {
+ public:
+  image_view() = default;
+  image_view(const image<T>& source)  // NOLINT: a conversion on purpose
+      : image_view{source.pixels().data(), source.width(), source.height()} {}
+  /// Rows begin `stride` pixels after one another, `width` if none is given. Throws `invalid_input`
+  /// for a negative size, a stride below the width, or no data behind a size.
+  image_view(const T* data, int width, int height, std::optional<index_t> stride = {})
+      : data_{data}, width_{width}, height_{height}, stride_{stride.value_or(width)} {
+    expects(width >= 0 && height >= 0, "image_view: width and height must not be negative");
+    expects(stride_ >= width, "image_view: the stride must be at least the width");
+    expects(data != nullptr || width == 0 || height == 0, "image_view: the data must not be null");
+  }
+  template <class M>
+    requires std::derived_from<M, Eigen::MatrixBase<M>> && std::same_as<typename M::Scalar, T> &&
+             (bool(M::IsRowMajor) && M::InnerStrideAtCompileTime == 1)
+  image_view(const M& matrix)  // NOLINT
+      : image_view{matrix.data(), static_cast<int>(matrix.cols()), static_cast<int>(matrix.rows()),
+                   matrix.outerStride()} {}
+
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  /// Precondition: 0 <= x < width(), 0 <= y < height().
+  [[nodiscard]] const T& operator()(int x, int y) const { return data_[y * stride_ + x]; }
+
+ private:
+  const T* data_ = nullptr;
+  int width_ = 0, height_ = 0;
+  index_t stride_ = 0;
+};
+export template <class T>
+image_view(const image<T>&) -> image_view<T>;
+export template <class M>
+  requires std::derived_from<M, Eigen::MatrixBase<M>>
+image_view(const M&) -> image_view<typename M::Scalar>;
+
+/// What an `image_view` can be made of.
+export template <class I>
+concept ImageSource = requires(const I& source) { image_view{source}; };
+export template <ImageSource I>
+using pixel_of = std::remove_cvref_t<decltype(image_view{std::declval<const I&>()}(0, 0))>;
 
 }  // namespace cilantro

@@ -19,40 +19,156 @@ struct pinhole_camera {
       Eigen::Transform<S, 3, Eigen::Isometry>::Identity();
 };
 
-export struct depth_options {
-  double metres_per_unit = 0.001;  ///< Of the 16-bit values, which measure z, not the distance.
+/// Turns what a sensor stores in a pixel into a depth: the distance z ahead of the camera in
+/// metres, not that along the ray. A function of the pixel's value; zero, negative and non-finite
+/// results mean that nothing is known. Pure, and called from several threads at once.
+/// Models: `depth_scale`, `truncated_depth`, `disparity`; any lambda.
+export template <class F, class Pixel>
+concept DepthConverter = requires(const F& convert, const Pixel& pixel) {
+  { convert(pixel) } -> std::convertible_to<double>;
 };
 
+/// Depth in multiples of a unit. In integers, 0 and the largest value are what sensors store where
+/// they have measured nothing.
+export struct depth_scale {
+  positive metres_per_unit = 0.001;
+
+  template <class Pixel>
+  [[nodiscard]] double operator()(Pixel value) const {
+    if constexpr (std::integral<Pixel>)
+      if (value == std::numeric_limits<Pixel>::max()) return 0;
+    return double(value) * double(metres_per_unit);
+  }
+};
+
+/// Depth already in metres, as images of floating pixels usually hold it.
+export inline const depth_scale depth_in_metres{1};
+
+/// What another converter says, if it is neither nearer than `nearest` nor beyond `farthest`.
+export template <class F>
+struct truncated_depth {
+  double nearest, farthest;  ///< In metres.
+  F convert;
+
+  template <class Pixel>
+    requires DepthConverter<F, Pixel>
+  [[nodiscard]] double operator()(Pixel value) const {
+    const double depth = convert(value);
+    return depth >= nearest && depth <= farthest ? depth : 0;
+  }
+};
+export template <class F>
+truncated_depth(double, double, F) -> truncated_depth<F>;
+
+/// Depth from the shift between the two images of a stereo camera: focal length × baseline / shift.
+export struct disparity {
+  positive focal_length;         ///< In pixels.
+  positive baseline;             ///< In metres.
+  positive pixels_per_unit = 1;  ///< 1/16 for OpenCV's fixed-point disparities.
+
+  template <class Pixel>
+  [[nodiscard]] double operator()(Pixel value) const {
+    const double shift = double(value) * double(pixels_per_unit);
+    return shift > 0 ? double(focal_length) * double(baseline) / shift : 0;
+  }
+};
+
+/// The depth of each pixel in metres, 0 where nothing is known. In parallel.
+export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>
+[[nodiscard]] image<S> to_depth(const I& stored, const F& convert = {}, const execution& how = {}) {
+  const image_view view{stored};
+  image<S> depth(view.width(), view.height());
+  parallel_blocks(view.height(), 16, how, [&](index_t, index_t begin, index_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      for (int x = 0; x < view.width(); ++x) {
+        const double z = convert(view(x, y));
+        depth(x, y) = z > 0 && std::isfinite(z) ? static_cast<S>(z) : S(0);
+      }
+  });
+  return depth;
+}
+
+template <Scalar S>
+point_matrix<S, 3> closed_unproject(const image<S>& depth, const pinhole_camera<S>& camera,
+                                    const execution& how);
+
 /// The points that a depth image shows, in world coordinates: one a pixel, row by row, NaN where
-/// the image says nothing (a depth of 0 or of 65535), so that the neighbours of a pixel stay its
-/// neighbours; `remove_invalid` makes them compact.
-/// Throws `invalid_input` if image and camera differ in size, or for focal lengths or a scale that
-/// are not positive.
+/// the image says nothing, so that the neighbours of a pixel stay its neighbours; `remove_invalid`
+/// makes them compact. By default pixels are millimetres in 16 bits.
+/// Throws `invalid_input` if image and camera differ in size, or for focal lengths that are not
+/// positive. Memory beside the result: one scalar a pixel.
+export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>
+[[nodiscard]] point_matrix<S, 3> unproject(const I& depth, const pinhole_camera<S>& camera,
+                                           const F& convert = {}, const execution& how = {}) {
+  return closed_unproject<S>(to_depth<S>(depth, convert, how), camera, how);
+}
+
+/// Normals of organised points of one camera: the cross product of the differences between the
+/// neighbours of a pixel to the right and left, and below and above, at unit length and turned to
+/// the camera. Zero at the border of the image, and where a pixel or one of its four neighbours
+/// knows nothing. Throws `invalid_input` unless there is one point a pixel.
+/// Source: Holzer et al. 2012, "Adaptive neighborhood selection", section III, without smoothing.
 export template <Scalar S>
-[[nodiscard]] point_matrix<S, 3> unproject(const image<std::uint16_t>& depth,
-                                           const pinhole_camera<S>& camera,
-                                           const depth_options& options = {});
+[[nodiscard]] point_matrix<S, 3> organized_normals(const point_matrix<S, 3>& points,
+                                                   const pinhole_camera<S>& camera,
+                                                   const execution& how = {});
 
 export struct projection_options {
   /// The edge of the square, facing the camera, that a point covers, in metres. At 0 it covers the
   /// one pixel that it falls into; the size of the voxels leaves no gaps in a downsampled cloud.
   double point_size = 0;
+  int threads = 0;
+  task_monitor monitor = {};
 };
 
 template <Scalar S>
 image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera,
                                    const projection_options& options);
+template <Scalar S>
+image<S> closed_depth_of(points_view<S, 3> points, const image<std::int32_t>& seen,
+                         const pinhole_camera<S>& camera);
 
 /// Which point is seen in each pixel: the index of the nearest one that covers it, −1 where there
 /// is none. Points behind the camera, outside the image, or not finite are not seen; of two at the
-/// same depth it is the first. Throws `invalid_input` for focal lengths that are not positive, or a
-/// negative point size.
+/// same depth it is the first, for any number of threads. Throws `invalid_input` for focal lengths
+/// that are not positive, or a negative point size.
 export template <PointsSource P>
   requires(dimension_of<P> == 3)
 [[nodiscard]] image<std::int32_t> project(const P& points,
                                           const pinhole_camera<scalar_of<P>>& camera,
                                           const projection_options& options = {}) {
   return closed_project<scalar_of<P>>(points_in(points), camera, options);
+}
+
+/// The depth in metres of the point that is seen in each pixel, 0 where there is none.
+export template <PointsSource P>
+  requires(dimension_of<P> == 3)
+[[nodiscard]] image<scalar_of<P>> project_depth(const P& points,
+                                                const pinhole_camera<scalar_of<P>>& camera,
+                                                const projection_options& options = {}) {
+  const auto view = points_in(points);
+  return closed_depth_of<scalar_of<P>>(view, closed_project<scalar_of<P>>(view, camera, options),
+                                       camera);
+}
+
+/// Depth in metres as 16-bit multiples of a unit, rounded to the nearest; 0 for what is unknown or
+/// too far to be stored.
+export template <Scalar S>
+[[nodiscard]] image<std::uint16_t> quantize_depth(const image<S>& depth,
+                                                  positive metres_per_unit = 0.001);
+
+/// A picture of what belongs to the points that are seen: `value(i)` of point i, `background`
+/// where there is none.
+export template <class F>
+  requires std::invocable<const F&, index_t>
+[[nodiscard]] auto paint(
+    const image<std::int32_t>& seen, const F& value,
+    const std::remove_cvref_t<std::invoke_result_t<const F&, index_t>>& background = {}) {
+  image<std::remove_cvref_t<std::invoke_result_t<const F&, index_t>>> picture(
+      seen.width(), seen.height(), background);
+  for (std::size_t i = 0; i < seen.pixels().size(); ++i)
+    if (seen.pixels()[i] >= 0) picture.pixels()[i] = value(index_t{seen.pixels()[i]});
+  return picture;
 }
 
 }  // namespace cilantro

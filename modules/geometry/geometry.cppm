@@ -13,4 +13,6 @@ export import :orientation;
 export import :outliers;
 export import :sampling;
 export import :voxel_grid;
+export import :accumulate;
+export import :voxel_pick;
 export import :depth;

@@ -30,13 +30,13 @@ struct farthest {
 
 }  // namespace
 
-std::vector<std::int32_t> random_sample(index_t size, index_t count, std::uint64_t seed) {
+std::vector<std::int32_t> random_indices(index_t size, index_t count, std::uint64_t seed) {
   expect_sample(size, count);
   const auto sample = distinct_sample(size, std::min(count, size), random_stream{seed});
   return {sample.begin(), sample.end()};
 }
 
-std::vector<std::int32_t> uniform_sample(index_t size, index_t count) {
+std::vector<std::int32_t> uniform_indices(index_t size, index_t count) {
   expect_sample(size, count);
   count = std::min(count, size);
   std::vector<std::int32_t> sample;

@@ -9,12 +9,12 @@ namespace cilantro {
 
 /// `count` different indices out of [0, size), ascending, each set equally likely. All of them if
 /// there are no more. Throws `invalid_input` for a negative count.
-export [[nodiscard]] std::vector<std::int32_t> random_sample(index_t size, index_t count,
-                                                             std::uint64_t seed = 0);
+export [[nodiscard]] std::vector<std::int32_t> random_indices(index_t size, index_t count,
+                                                              std::uint64_t seed = 0);
 
 /// `count` indices out of [0, size) at equal steps, beginning with 0: the i-th is ⌊i · size /
 /// count⌋. All of them if there are no more. Throws `invalid_input` for a negative count.
-export [[nodiscard]] std::vector<std::int32_t> uniform_sample(index_t size, index_t count);
+export [[nodiscard]] std::vector<std::int32_t> uniform_indices(index_t size, index_t count);
 
 export struct farthest_point_options {
   index_t first = 0;  ///< The point to begin with, or the next that is finite.

@@ -102,8 +102,8 @@ struct cell_range {
 template <Scalar S, int D>
 class cell_sorter {
  public:
-  cell_sorter(points_view<S, D> points, const point_vector<double, D>& edges, const execution& how)
-      : points_{points}, edges_{edges}, how_{how} {
+  cell_sorter(points_view<S, D> points, const cell_layout<D>& layout, const execution& how)
+      : points_{points}, layout_{layout}, how_{how} {
     expects(points.size() <= std::numeric_limits<std::int32_t>::max(),
             "voxel_grid: at most 2^31 - 1 points can be sorted into cells");
     finite_.reserve(static_cast<std::size_t>(points.size()));
@@ -122,7 +122,8 @@ class cell_sorter {
  private:
   [[nodiscard]] index_t dimension() const { return D == dynamic ? points_.dimension() : D; }
   [[nodiscard]] double quotient(index_t i, index_t d) const {
-    return std::floor(double(points_.data()[i * points_.stride() + d]) / edges_[d]);
+    return std::floor((double(points_.data()[i * points_.stride() + d]) - layout_.origin[d]) /
+                      layout_.edges[d]);
   }
   /// How far along axis d the cell of the i-th finite point is from the first cell.
   [[nodiscard]] std::uint64_t step(index_t i, index_t d) const {
@@ -151,8 +152,8 @@ class cell_sorter {
     });
     if (range.too_far != none.too_far)
       throw invalid_input{"voxel_grid: the cell of point " + std::to_string(range.too_far) +
-                          " does not fit 62 bits: choose larger cells or move the points closer to "
-                          "the origin"};
+                          " does not fit 62 bits: choose larger cells, or an origin closer to the "
+                          "points"};
     low_ = range.low;
     for (std::size_t d = 0; d < size; ++d)
       bits_.push_back(finite_.empty() ? 0
@@ -194,7 +195,7 @@ class cell_sorter {
   }
 
   points_view<S, D> points_;
-  const point_vector<double, D>& edges_;
+  const cell_layout<D>& layout_;
   const execution& how_;
   std::vector<std::int32_t> finite_;
   std::vector<std::int64_t> low_;
@@ -227,10 +228,10 @@ point_matrix<S, D> per_group(points_view<S, D> values, const point_groups& group
 }  // namespace
 
 template <Scalar S, int D>
-point_groups closed_voxel_groups(points_view<S, D> points, const point_vector<double, D>& edges,
+point_groups closed_voxel_groups(points_view<S, D> points, const cell_layout<D>& layout,
                                  index_t min_points, const execution& how) {
   expects(min_points >= 0, "voxel_grid: min_points must not be negative");
-  return cell_sorter<S, D>{points, edges, how}.group(min_points);
+  return cell_sorter<S, D>{points, layout, how}.group(min_points);
 }
 
 template <Scalar S, int D>
@@ -274,8 +275,8 @@ point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const p
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                             \
-  template point_groups closed_voxel_groups<S, D>(                                             \
-      points_view<S, D>, const point_vector<double, D>&, index_t, const execution&);           \
+  template point_groups closed_voxel_groups<S, D>(points_view<S, D>, const cell_layout<D>&,    \
+                                                  index_t, const execution&);                  \
   template point_matrix<S, D> closed_group_means<S, D>(points_view<S, D>, const point_groups&, \
                                                        const execution&);                      \
   template point_matrix<S, D> closed_group_directions<S, D>(                                   \

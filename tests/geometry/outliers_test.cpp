@@ -113,24 +113,24 @@ TEST_CASE("filters refuse what makes no sense, and can be stopped") {
 TEST_CASE("random samples are distinct, sorted, seeded, and any point may be in them") {
   std::set<std::int32_t> seen;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    const auto sample = random_sample(50, 7, seed);
+    const auto sample = random_indices(50, 7, seed);
     CHECK(sample.size() == 7);
     CHECK(std::ranges::adjacent_find(sample, std::ranges::greater_equal{}) == sample.end());
-    CHECK(sample == random_sample(50, 7, seed));
+    CHECK(sample == random_indices(50, 7, seed));
     seen.insert(sample.begin(), sample.end());
   }
   CHECK(seen.size() == 50);
-  CHECK(random_sample(5, 9).size() == 5);
-  CHECK(random_sample(0, 3).empty());
-  CHECK_THROWS_AS((void)random_sample(5, -1), invalid_input);
+  CHECK(random_indices(5, 9).size() == 5);
+  CHECK(random_indices(0, 3).empty());
+  CHECK_THROWS_AS((void)random_indices(5, -1), invalid_input);
 }
 
 TEST_CASE("uniform samples are at equal steps") {
-  CHECK(uniform_sample(10, 4) == std::vector<std::int32_t>{0, 2, 5, 7});
-  CHECK(uniform_sample(10, 10).size() == 10);
-  CHECK(uniform_sample(3, 10) == std::vector<std::int32_t>{0, 1, 2});
-  CHECK(uniform_sample(10, 0).empty());
-  CHECK_THROWS_AS((void)uniform_sample(10, -2), invalid_input);
+  CHECK(uniform_indices(10, 4) == std::vector<std::int32_t>{0, 2, 5, 7});
+  CHECK(uniform_indices(10, 10).size() == 10);
+  CHECK(uniform_indices(3, 10) == std::vector<std::int32_t>{0, 1, 2});
+  CHECK(uniform_indices(10, 0).empty());
+  CHECK_THROWS_AS((void)uniform_indices(10, -2), invalid_input);
 }
 
 TEST_CASE_TEMPLATE("each farthest point is the farthest from all before it", T, ALL_SPACES) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How a PLY file is taken apart: bytes, lines, words. A plain header, which needs nothing of any
+// How a file is taken apart: bytes, lines, words. A plain header, which needs nothing of any
 // module.
 #pragma once
 
@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace cilantro::ply {
+namespace cilantro::detail {
 
 /// What is wrong with the content, and the line or byte where it is.
 struct failure : std::runtime_error {
@@ -45,6 +45,12 @@ class byte_stream {
     const char* data = room_.data() + begin_;
     begin_ += count;
     return data;
+  }
+
+  /// The next `count` bytes, or what there is of them, without taking them.
+  std::string_view peek(std::size_t count) {
+    if (end_ - begin_ < count) load(count);
+    return {room_.data() + begin_, std::min(count, end_ - begin_)};
   }
 
   void skip(std::uint64_t count) {
@@ -109,14 +115,15 @@ class byte_stream {
   std::size_t begin_ = 0, end_ = 0;
 };
 
-/// The words of a line.
+/// The words of a line, between white space, and commas and semicolons if these separate, too.
 class word_reader {
  public:
-  explicit word_reader(std::string_view line) : rest_{line} {}
+  explicit word_reader(std::string_view line, bool commas = false) : rest_{line}, commas_{commas} {}
 
   std::string_view next() {
-    const auto is_space = [](char c) {
-      return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+    const auto is_space = [this](char c) {
+      return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' ||
+             (commas_ && (c == ',' || c == ';'));
     };
     std::size_t begin = 0;
     while (begin < rest_.size() && is_space(rest_[begin])) ++begin;
@@ -126,12 +133,13 @@ class word_reader {
     rest_.remove_prefix(end);
     return word;
   }
-  [[nodiscard]] bool done() { return word_reader{rest_}.next().empty(); }
+  [[nodiscard]] bool done() { return word_reader{rest_, commas_}.next().empty(); }
   /// What follows, without the one space that separates it.
   [[nodiscard]] std::string_view rest() const { return rest_.substr(rest_.empty() ? 0 : 1); }
 
  private:
   std::string_view rest_;
+  bool commas_;
 };
 
-}  // namespace cilantro::ply
+}  // namespace cilantro::detail

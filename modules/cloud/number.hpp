@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Numbers in a PLY file, as bytes and as text. A plain header, which needs nothing of any module.
+// The types of numbers in files; numbers as bytes and as text. A plain header, which needs nothing
+// of any module.
 #pragma once
 
 #include <array>
@@ -8,13 +9,65 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
-namespace cilantro::ply {
+namespace cilantro::detail {
+
+/// In the order of the types of attributes.
+enum class number : unsigned char {
+  int8,
+  uint8,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  float32,
+  float64,
+  int64,
+  uint64
+};
+
+constexpr std::size_t size_of(number n) {
+  constexpr std::array<std::size_t, 10> sizes{1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
+  return sizes[static_cast<std::size_t>(n)];
+}
+
+constexpr bool is_floating(number n) {
+  return n == number::float32 || n == number::float64;
+}
+
+/// Calls `f` with a value of the C++ type of `n`.
+template <class F>
+decltype(auto) visit_number(number n, F&& f) {
+  switch (n) {
+    case number::int8:
+      return f(std::int8_t{});
+    case number::uint8:
+      return f(std::uint8_t{});
+    case number::int16:
+      return f(std::int16_t{});
+    case number::uint16:
+      return f(std::uint16_t{});
+    case number::int32:
+      return f(std::int32_t{});
+    case number::uint32:
+      return f(std::uint32_t{});
+    case number::int64:
+      return f(std::int64_t{});
+    case number::uint64:
+      return f(std::uint64_t{});
+    case number::float32:
+      return f(float{});
+    case number::float64:
+      break;
+  }
+  return f(double{});
+}
 
 /// Turns a value between the byte orders of the file and of the machine.
 template <class T>
@@ -43,8 +96,9 @@ bool parse_number(std::string_view word, T& value) {
     if (error == std::errc{} && rest == end) return true;
     double real;
     if (!parse_number(word, real) || real != std::floor(real)) return false;
+    // The largest value plus one is a power of two, which double holds exactly.
     if (!(real >= double(std::numeric_limits<T>::min()) &&
-          real <= double(std::numeric_limits<T>::max())))
+          real < std::ldexp(1.0, std::numeric_limits<T>::digits)))
       return false;
     value = static_cast<T>(real);
     return true;
@@ -62,4 +116,4 @@ bool parse_number(std::string_view word, T& value) {
   }
 }
 
-}  // namespace cilantro::ply
+}  // namespace cilantro::detail

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.cloud:cloud_file;
+
+import cilantro.standard;
+import cilantro.core;
+import :file_options;
+import :pipeline;
+import :point_cloud;
+
+namespace cilantro {
+
+/// The endings of files that `read_cloud` and `write_cloud` know, as a sentence for messages.
+export [[nodiscard]] std::string known_cloud_files();
+
+/// Reads a cloud from a file whose ending says what it is: .ply, .pcd; .xyz, .txt, .asc, .csv and
+/// .pts as text. Capital letters do as well. See `read_ply`, `read_pcd` and `read_text`.
+/// Throws `io_error`, and `invalid_input` for another ending.
+export template <Scalar S, int D = 3>
+  requires(D == 2 || D == 3)
+[[nodiscard]] point_cloud<S, D> read_cloud(const std::filesystem::path& path,
+                                           const read_options& options = {});
+
+/// Writes a cloud to a file whose ending says what it is, in the usual form of that format: binary
+/// if it has one. See `write_ply`, `write_pcd`, `write_text` and `write_pts`.
+/// Throws `io_error`, and `invalid_input` for another ending and what the format cannot hold.
+export template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
+                 const task_monitor& monitor = {});
+
+/// Writes the cloud to `path` and hands it on.
+export [[nodiscard]] inline auto write_cloud(std::filesystem::path path,
+                                             task_monitor monitor = {}) {
+  return step{[path = std::move(path), monitor = std::move(monitor)]<PointCloud C>(C&& cloud) -> C {
+    write_cloud(cloud, path, monitor);
+    return std::forward<C>(cloud);
+  }};
+}
+
+}  // namespace cilantro

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.cloud:file_options;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// What is done with coordinates that a cloud's scalar would round, such as those of maps.
+export enum class origin_policy {
+  /// If a file has coordinates of 10,000 or more that float does not hold exactly, whole numbers in
+  /// the middle of its points are subtracted in double, and kept as the cloud's origin. An origin
+  /// that a writer of this library has noted in the file is taken in any case.
+  automatic,
+  none,  ///< They are rounded, and the origin is zero.
+};
+
+/// What all readers of clouds ask.
+export struct read_options {
+  origin_policy origin = origin_policy::automatic;
+  task_monitor monitor = {};
+};
+
+}  // namespace cilantro

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.geometry:voxel_pick;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :voxel_grid;
+
+namespace cilantro {
+
+/// What stands for a cell when a cloud is reduced to one point per cell.
+export enum class voxel_pick {
+  mean,               ///< The mean of its points: a new point.
+  first,              ///< Its first point.
+  nearest_to_center,  ///< The point nearest to the centre of the cell, or the first of several.
+  /// The point whose normal is closest to those of all others, by the sum of the squared sines of
+  /// the angles between them, which does not depend on their signs; the first of several.
+  medoid_of_normals,
+};
+
+template <Scalar S, int D>
+std::vector<std::int32_t> closed_nearest_to_centers(points_view<S, D> points,
+                                                    const point_groups& groups,
+                                                    const cell_layout<D>& layout,
+                                                    const execution& how);
+template <Scalar S, int D>
+std::vector<std::int32_t> closed_medoids(points_view<S, D> normals, const point_groups& groups,
+                                         const execution& how);
+
+/// The first member of each group.
+export [[nodiscard]] std::vector<std::int32_t> first_of_groups(const point_groups& groups);
+
+/// The point of each cell that is nearest to its centre, in the order of the cells.
+/// `points` must be those of the grid.
+export template <PointsSource P>
+[[nodiscard]] std::vector<std::int32_t> nearest_to_centers(
+    const P& points, const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
+    const execution& how = {}) {
+  constexpr int C = closed_dimension<dimension_of<P>>;
+  return closed_nearest_to_centers<scalar_of<P>, C>(points_in(points), grid.groups(),
+                                                    {grid.edges(), grid.origin()}, how);
+}
+
+/// The member of each group whose normal is closest to those of the others. Normals that are zero
+/// or not finite are chosen only where there is no other.
+export template <PointsSource P>
+[[nodiscard]] std::vector<std::int32_t> medoids_of_normals(const P& normals,
+                                                           const point_groups& groups,
+                                                           const execution& how = {}) {
+  return closed_medoids<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(normals), groups,
+                                                                         how);
+}
+
+}  // namespace cilantro

@@ -26,6 +26,8 @@ liblzf-dev|liblzf, for compressed PCD files
 '
 packages_to_test='
 doctest-dev|doctest, the test framework
+libcli11-dev|CLI11, for the command line of the program cilantro
+nlohmann-json3-dev|JSON, for what that program prints
 python3-minimal|runs the checks of the source tree and of the documentation
 '
 packages_to_check='

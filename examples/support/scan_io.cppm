@@ -43,8 +43,20 @@ export scan simulated_scan() {
   return result;
 }
 
-/// A PLY file, looked at from the front; or a depth image in millimetres, taken to be of a camera
-/// with the focal length of a Kinect.
+/// A camera that sees the whole cloud from the front: y up and looking down z, as most models lie.
+export cilantro::pinhole_camera<float> camera_in_front_of(
+    const cilantro::point_cloud<float, 3>& cloud) {
+  cilantro::pinhole_camera<float> camera{640, 480, 700, 700, 320, 240};
+  const auto box = bounds(cloud);
+  if (box.isEmpty()) return camera;
+  camera.to_world.linear() = Eigen::Vector3f{1, -1, -1}.asDiagonal();
+  camera.to_world.translation() =
+      box.center() + Eigen::Vector3f{0, 0, 1.4f * std::max(box.sizes().norm(), 1e-6f)};
+  return camera;
+}
+
+/// A cloud, looked at from the front; or a depth image in millimetres, taken to be of a camera with
+/// the focal length of a Kinect.
 export scan open_scan(const std::filesystem::path& path) {
   scan result;
   if (path.extension() == ".png") {
@@ -55,20 +67,13 @@ export scan open_scan(const std::filesystem::path& path) {
     result.cloud.points = cilantro::unproject(depth, result.camera);
     return result;
   }
-  result.cloud = cilantro::read_ply<float>(path);
-  const auto box = bounds(result.cloud);
-  result.camera = {640, 480, 700, 700, 320, 240};
-  if (!box.isEmpty()) {
-    // y up and looking down z, as most models lie.
-    result.camera.to_world.linear() = Eigen::Vector3f{1, -1, -1}.asDiagonal();
-    result.camera.to_world.translation() =
-        box.center() + Eigen::Vector3f{0, 0, 1.4f * std::max(box.sizes().norm(), 1e-6f)};
-  }
+  result.cloud = cilantro::read_cloud<float>(path);
+  result.camera = camera_in_front_of(result.cloud);
   return result;
 }
 
-/// The cloud as `camera` sees it, each point a square of edge `size`, as bright as its normal faces
-/// the camera and tinted by where it points.
+/// The cloud as `camera` sees it, each point a square of edge `size`: in its colour, or tinted by
+/// where its normal points; as bright as that faces the camera. Grey if neither is known.
 export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 3>& cloud,
                                              const cilantro::pinhole_camera<float>& camera,
                                              double size) {
@@ -78,13 +83,19 @@ export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 
     for (int x = 0; x < camera.width; ++x) {
       const std::int32_t i = seen(x, y);
       if (i < 0) continue;
-      const Eigen::Vector3f normal = cloud.normals.col(i);
-      const Eigen::Vector3f to_eye =
-          (camera.to_world.translation() - cloud.points.col(i)).normalized();
-      const float light = 0.25f + 0.75f * std::max(0.0f, normal.dot(to_eye));
+      float light = 0.8f;
+      Eigen::Vector3f tint{0.8f, 0.8f, 0.8f};
+      if (cloud.has_normals()) {
+        const Eigen::Vector3f normal = cloud.normals.col(i);
+        const Eigen::Vector3f to_eye =
+            (camera.to_world.translation() - cloud.points.col(i)).normalized();
+        light = 0.25f + 0.75f * std::max(0.0f, normal.dot(to_eye));
+        tint = Eigen::Vector3f::Constant(0.7f) + 0.3f * normal;
+      }
+      if (cloud.has_colors()) tint = cloud.colors.col(i).cwiseMax(0.0f).cwiseMin(1.0f);
       for (int c = 0; c < 3; ++c)
         picture(x, y)[static_cast<std::size_t>(c)] =
-            static_cast<std::uint8_t>(255 * light * (0.7f + 0.3f * normal[c]) + 0.5f);
+            static_cast<std::uint8_t>(255 * light * tint[c] + 0.5f);
     }
   return picture;
 }

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+//
+// The commands of the program. Each adds itself to the command line, and runs when it is chosen.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+void add_info(CLI::App& app);
+void add_convert(CLI::App& app);
+void add_run(CLI::App& app);

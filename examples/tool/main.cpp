@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro info|convert|run: point clouds on the command line.
+// Ends with 0, with 1 if something failed, and with 2 if the command line makes no sense.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+
+#include "commands.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Reads, converts and processes point clouds.", "cilantro"};
+  app.require_subcommand(1);
+  app.footer(
+      "Files are .ply, .pcd, .xyz, .txt, .asc, .csv, .pts, and depth images as .png to read.");
+  add_info(app);
+  add_convert(app);
+  add_run(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::CallForAllHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "cilantro: " << error.what() << "; try --help\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "cilantro: " << error.what() << '\n';
+    return 1;
+  }
+}

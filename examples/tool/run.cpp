@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "commands.hpp"
+
+import cilantro;
+import scan_io;
+import steps;
+import tool;
+using namespace cilantro;
+
+namespace {
+
+struct run_settings {
+  std::string input, output, picture;
+  std::vector<std::string> steps;
+  depth_settings depth;
+  int threads = 0;
+  bool quiet = false;
+};
+
+void run(const run_settings& settings, const std::vector<tool_step>& steps) {
+  pipeline_report report;
+  auto [cloud, camera] = read_input(settings.input, settings.depth, settings.quiet);
+  cloud = std::move(cloud) | report_to(report, "read");
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    progress_line line{settings.steps[i], settings.quiet};
+    cloud = steps[i](std::move(cloud), {settings.threads, line.monitor()});
+    cloud = std::move(cloud) | report_to(report, settings.steps[i]);
+  }
+  if (!settings.output.empty()) {
+    progress_line line{"writing", settings.quiet};
+    write_cloud(cloud, settings.output, line.monitor());
+  }
+  if (!settings.picture.empty()) {
+    const auto eye = camera.value_or(camera_in_front_of(cloud));
+    write_png(shaded(cloud, eye, diagonal(cloud) / 300), settings.picture);
+  }
+  if (!settings.quiet) std::cerr << report;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app) {
+  const auto settings = std::make_shared<run_settings>();
+  const auto steps = std::make_shared<std::vector<tool_step>>();
+  auto* command = app.add_subcommand("run", "Processes a cloud, step by step");
+  command->add_option("INPUT", settings->input, "A cloud or a depth image")->required();
+  command->add_option("STEPS", settings->steps, "What to do, such as voxel=0.005 normals=knn:10");
+  command->add_option("-o,--output", settings->output, "A cloud; its ending says the format");
+  command->add_option("--picture", settings->picture, "A picture of the result as PNG");
+  command->add_option("--camera", settings->depth.camera, "Of a depth image: fx,fy,cx,cy in pixels")
+      ->delimiter(',')
+      ->expected(4);
+  command
+      ->add_option("--depth-scale", settings->depth.per_metre,
+                   "What a depth image stores for a metre (1000)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--quiet", settings->quiet, "No progress and no report");
+  command->footer(known_steps());
+  command->callback([settings, steps] {
+    // Before anything is read: a wrong word must not cost a minute.
+    try {
+      for (const auto& text : settings->steps) steps->push_back(parse_step(text));
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError{error.what()};
+    }
+    run(*settings, *steps);
+  });
+}

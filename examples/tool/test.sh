@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# Tries the program as a user would, the wrong ways included: test.sh CILANTRO QUICKSTART
+set -euo pipefail
+cilantro=$1 quickstart=$2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder"
+
+fail() { echo "FAILED: $*"; exit 1; }
+# expect STATUS WORDS COMMAND...: the status, and words somewhere in what is printed.
+expect() {
+  local status=0 wanted=$1 words=$2 printed
+  shift 2
+  printed=$("$@" 2>&1) || status=$?
+  [ "$status" = "$wanted" ] || fail "$* ended with $status: $printed"
+  [[ "$printed" == *"$words"* ]] || fail "$* did not say \"$words\": $printed"
+}
+
+"$quickstart" > /dev/null
+cp out/cloud.ply scan.ply
+
+expect 0 'Says what a file holds' "$cilantro" --help
+expect 0 'voxel=EDGE' "$cilantro" run --help
+expect 0 'points: ' "$cilantro" info scan.ply
+expect 0 '"normals": true' "$cilantro" info scan.ply --json
+"$cilantro" info scan.ply --json | python3 -c 'import json, sys; assert json.load(sys.stdin)["points"] > 1000'
+
+for ending in pcd xyz csv; do
+  expect 0 "points in a.$ending" "$cilantro" convert scan.ply a.$ending
+  expect 0 '' "$cilantro" convert a.$ending b.ply --quiet
+  "$cilantro" convert b.ply c.$ending --quiet
+  cmp a.$ending c.$ending || fail "a cloud changed on its way through $ending"
+done
+expect 0 '' "$cilantro" convert scan.ply a.pcd --compressed --quiet
+expect 0 '' "$cilantro" convert a.pcd b.ply --quiet
+cmp scan.ply b.ply || fail 'a cloud changed on its way through compression'
+expect 0 'DATA ascii' bash -c "'$cilantro' convert scan.ply t.pcd --ascii && head -20 t.pcd"
+
+expect 0 'normals=knn:10' "$cilantro" run scan.ply invalid voxel=0.05 outliers=20:2.0 normals=knn:10 \
+  orient=knn:10 -o out.ply --picture out.png
+expect 0 '' "$cilantro" run out.ply random=100:3 farthest=9 uniform=5 lonely=100:1 --quiet -o few.xyz
+[ "$(grep -vc '^#' few.xyz)" = 5 ] || fail 'five points were not kept'
+head -c 4 out.png | grep -q PNG || fail 'the picture is no PNG file'
+
+expect 1 'missing.ply: cannot be read' "$cilantro" info missing.ply
+expect 1 'does not end in .ply' "$cilantro" convert scan.ply a.las
+expect 1 'is not a PLY file' bash -c "echo nonsense > bad.ply; '$cilantro' info bad.ply"
+expect 2 'there is no step "voxels"' "$cilantro" run scan.ply voxels=1
+expect 2 'is written voxel=EDGE' "$cilantro" run scan.ply voxel
+expect 2 '"big" in the step "voxel" is no number' "$cilantro" run scan.ply voxel=big
+expect 1 'the edges must be positive' "$cilantro" run scan.ply voxel=-1
+expect 2 'required' "$cilantro" convert scan.ply
+expect 2 'try --help' "$cilantro" frobnicate
+[ ! -e a.las ] || fail 'a file appeared that should not'
+echo 'the program does what it says'

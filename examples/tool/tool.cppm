@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+//
+// What the commands share: reading any input, and a line that shows progress.
+module;
+#include <unistd.h>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+export module tool;
+
+import cilantro;
+using namespace cilantro;
+
+/// Shows the progress of long work on a terminal, on one line that disappears at the end.
+export class progress_line {
+ public:
+  progress_line(std::string what, bool quiet)
+      : what_{std::move(what)}, shown_{!quiet && ::isatty(STDERR_FILENO) == 1} {}
+  progress_line(const progress_line&) = delete;
+  progress_line& operator=(const progress_line&) = delete;
+  ~progress_line() {
+    if (drawn_ >= 0) std::fputs("\r\033[K", stderr);
+  }
+
+  [[nodiscard]] task_monitor monitor() {
+    if (!shown_) return {};
+    return {.progress = [this](double share) { draw(static_cast<int>(100 * share)); }};
+  }
+
+ private:
+  void draw(int percent) {
+    if (percent == drawn_) return;
+    drawn_ = percent;
+    const std::string bar(static_cast<std::size_t>(percent) / 4, '=');
+    std::fprintf(stderr, "\r%s [%-25s] %3d %%", what_.c_str(), bar.c_str(), percent);
+    std::fflush(stderr);
+  }
+
+  std::string what_;
+  bool shown_;
+  int drawn_ = -1;
+};
+
+/// What a depth image is read with.
+export struct depth_settings {
+  std::vector<double> camera = {};  ///< fx, fy, cx, cy; if empty, that of a Kinect.
+  double per_metre = 1000;          ///< What the image stores for a metre.
+};
+
+export struct tool_input {
+  point_cloud<float, 3> cloud;
+  std::optional<pinhole_camera<float>> camera;  ///< Of a depth image.
+};
+
+/// A cloud, or a depth image as one.
+export tool_input read_input(const std::filesystem::path& path, const depth_settings& depth,
+                             bool quiet) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending != ".png") {
+    progress_line line{"reading", quiet};
+    return {read_cloud<float>(path, {.monitor = line.monitor()}), std::nullopt};
+  }
+  const auto image = read_depth_png(path);
+  const float focal = 585.0f * float(image.width()) / 640;
+  pinhole_camera<float> camera{image.width(), image.height(),           focal,
+                               focal,         float(image.width()) / 2, float(image.height()) / 2};
+  if (!depth.camera.empty()) {
+    camera.fx = float(depth.camera[0]);
+    camera.fy = float(depth.camera[1]);
+    camera.cx = float(depth.camera[2]);
+    camera.cy = float(depth.camera[3]);
+  }
+  return {cloud_from_depth(image, camera, {}, depth_scale{1 / depth.per_metre}), camera};
+}

@@ -154,6 +154,7 @@ using std::ranges::distance;
 using std::ranges::enable_borrowed_range;
 using std::ranges::enable_view;
 using std::ranges::end;
+using std::ranges::find;
 using std::ranges::input_range;
 using std::ranges::is_sorted;
 using std::ranges::iter_swap;

@@ -86,10 +86,12 @@ export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 
       float light = 0.8f;
       Eigen::Vector3f tint{0.8f, 0.8f, 0.8f};
       if (cloud.has_normals()) {
-        const Eigen::Vector3f normal = cloud.normals.col(i);
         const Eigen::Vector3f to_eye =
             (camera.to_world.translation() - cloud.points.col(i)).normalized();
-        light = 0.25f + 0.75f * std::max(0.0f, normal.dot(to_eye));
+        // Normals that nobody has turned point anywhere.
+        Eigen::Vector3f normal = cloud.normals.col(i);
+        if (normal.dot(to_eye) < 0) normal = -normal;
+        light = 0.25f + 0.75f * normal.dot(to_eye);
         tint = Eigen::Vector3f::Constant(0.7f) + 0.3f * normal;
       }
       if (cloud.has_colors()) tint = cloud.colors.col(i).cwiseMax(0.0f).cwiseMin(1.0f);

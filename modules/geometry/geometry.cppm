@@ -16,3 +16,4 @@ export import :voxel_grid;
 export import :accumulate;
 export import :voxel_pick;
 export import :depth;
+export import :contract;

@@ -5,6 +5,8 @@ import cilantro.standard;
 import cilantro.core;
 import :brute_force;
 import :concepts;
+import :kd_tree;
+import :kd_tree_nodes;
 import :metric;
 import :neighborhood;
 
@@ -135,6 +137,48 @@ export template <NeighborSearcher T, PointsSource P,
     }
   }
   return std::move(violations);
+}
+
+/// Tests a metric of yours on `points`, which are to be such that it is meant for: that distances
+/// are not negative, the same both ways, and 0 between equal points; that `sum` is the inverse of
+/// `distance` and both are monotone; and that a tree finds by it what looking at all points finds.
+/// Returns a sentence for each violation. O(queries · N).
+export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
+[[nodiscard]] std::vector<std::string> check_metric(const M& metric, const P& points,
+                                                    const contract_options& options = {}) {
+  using S = scalar_of<P>;
+  constexpr int D = dimension_of<P>;
+  const auto view = points_in(points);
+  std::vector<std::string> violations;
+  const auto expect = [&](bool condition, const char* rule) {
+    if (!condition && std::ranges::find(violations, rule) == violations.end())
+      violations.emplace_back(rule);
+  };
+  const ordering<S, D, M> by{metric};
+  const auto between = [&](index_t i, index_t j) {
+    return by.between(view.data() + i * view.stride(), view.data() + j * view.stride(),
+                      view.dimension());
+  };
+  for (index_t q = 0; q < options.queries && !view.empty(); ++q) {
+    random_stream random{options.seed, static_cast<std::uint64_t>(q)};
+    const index_t i = random.below(view.size()), j = random.below(view.size());
+    if (!is_finite(view[i]) || !is_finite(view[j])) continue;
+    const S sum = between(i, j), other = between(j, random.below(view.size()));
+    expect(sum >= 0, "a sum is negative, or no number");
+    expect(between(i, i) == 0, "a point is not at distance 0 from itself");
+    expect(sum == between(j, i), "the distance is not the same both ways");
+    if (other >= 0 && sum >= 0)
+      expect((metric.distance(sum) <= metric.distance(other)) == (sum <= other) ||
+                 metric.distance(sum) == metric.distance(other),
+             "`distance` does not grow with the sum");
+    const S back = metric.distance(metric.sum(metric.distance(sum)));
+    expect(std::abs(back - metric.distance(sum)) <=
+               1024 * std::numeric_limits<S>::epsilon() * std::max(S(1), back),
+           "`sum` is not the inverse of `distance`");
+  }
+  if (!violations.empty()) return violations;
+  return check_neighbor_searcher(kd_tree<S, D, M>{points, metric, {.max_leaf_size = 2}}, points,
+                                 options, metric);
 }
 
 }  // namespace cilantro

@@ -153,3 +153,15 @@ TEST_CASE_TEMPLATE("the point nearest to the centre, and the medoid of normals, 
     }
   }
 }
+
+TEST_CASE("the shipped accumulators keep their contract, and a broken rule is named") {
+  const auto points = test::random_points<test::d3>(100, 9);
+  const auto indices = [](const index_accumulator& a) { return a.indices; };
+  CHECK(check_grid_accumulator(index_accumulator{}, 100, indices).empty());
+  const auto mean = [](const auto& a) { return a.mean().template cast<float>().eval(); };
+  CHECK(check_grid_accumulator(mean_accumulator{points}, 100, mean).empty());
+  struct forgetful : index_accumulator {
+    void merge(const forgetful&) {}
+  };
+  CHECK(check_grid_accumulator(forgetful{}, 100, indices).size() == 3);
+}

@@ -249,3 +249,22 @@ TEST_CASE("an estimator of your own decides, also that there is no answer") {
   CHECK(found.undetermined() == 25);
   for (index_t i = 1; i < 50; i += 2) CHECK(found.normals.col(i) == Eigen::Vector3f::UnitZ());
 }
+
+TEST_CASE_TEMPLATE("the shipped estimators keep their contract, and a broken rule is named", T,
+                   ALL_SPACES) {
+  using S = typename T::scalar;
+  constexpr int D = T::static_dimension;
+  const auto points = test::random_points<T>(60, 10);
+  CHECK(check_covariance_estimator(sample_covariance{}, points).empty());
+  CHECK(check_covariance_estimator(minimum_covariance_determinant{}, points).empty());
+  const auto violations = check_covariance_estimator(
+      [&](points_view<S, D> all, std::span<const std::int32_t> some) {
+        auto found = moments<S, D>{std::ssize(some) + 1, point_vector<S, D>::Zero(T::dimension),
+                                   Eigen::Matrix<S, D, D>::Identity(T::dimension, T::dimension)};
+        for (const auto i : some) found.mean += all[i];
+        found.covariance(0, 1) = -1;
+        return found;
+      },
+      points);
+  CHECK(violations.size() >= 4);
+}

@@ -211,3 +211,48 @@ TEST_CASE("a metric for one dimension refuses points of another") {
                        "the metric is for points of 4 coordinates, not of 3", invalid_input);
   CHECK_THROWS_AS((brute_force_searcher{points, so3{}}), invalid_input);
 }
+
+namespace {
+
+/// A metric with a fault that can be chosen.
+struct faulty {
+  enum class fault { none, negative, one_way, no_inverse, shrinking };
+  fault f = fault::none;
+  template <class S>
+  S term(S difference, index_t) const {
+    if (f == fault::negative) return -std::abs(difference);
+    if (f == fault::one_way) return difference > 0 ? difference : -2 * difference;
+    if (f == fault::shrinking) return difference == 0 ? S(0) : 1 / (1 + std::abs(difference));
+    return std::abs(difference);
+  }
+  template <class S>
+  S distance(S sum) const {
+    return sum;
+  }
+  template <class S>
+  S sum(S distance) const {
+    return f == fault::no_inverse ? 2 * distance : distance;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the shipped metrics keep their contract, and a broken rule is named") {
+  const auto points = test::random_points<test::d3>(200, 12, -3, 3);
+  CHECK(check_metric(euclidean{}, points).empty());
+  CHECK(check_metric(manhattan{}, points).empty());
+  CHECK(check_metric(chebyshev{}, points).empty());
+  CHECK(check_metric(so2{}, points).empty());
+  CHECK(check_metric(pose_distance{}, points).empty());
+  CHECK(check_metric(so3{}, quaternions<d4>(200, 3)).empty());
+  CHECK(check_metric(faulty{}, points).empty());
+  const auto names = [&](faulty::fault f, const char* rule) {
+    for (const auto& violation : check_metric(faulty{f}, points))
+      if (violation.find(rule) != std::string::npos) return true;
+    return false;
+  };
+  CHECK(names(faulty::fault::negative, "a sum is negative"));
+  CHECK(names(faulty::fault::one_way, "not the same both ways"));
+  CHECK(names(faulty::fault::no_inverse, "not the inverse"));
+  CHECK(names(faulty::fault::shrinking, "these are not the nearest points"));
+}

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// message: 'PairEvaluator<
+import cilantro;
+
+int main() {
+  const cilantro::neighborhoods<float> graph;
+  const auto matrix =
+      cilantro::pair_matrix(graph, [](cilantro::index_t, cilantro::index_t, float) {});
+  return static_cast<int>(matrix.rows());
+}

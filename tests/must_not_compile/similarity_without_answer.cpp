@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+// message: SimilarityFunction
+import cilantro;
+
+struct no_answer {
+  void operator()(cilantro::index_t, cilantro::index_t, float) const {}
+};
+
+int main() {
+  const cilantro::all_of_them both{no_answer{}};
+  return both(0, 1, 0.5f);
+}

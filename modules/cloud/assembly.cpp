@@ -149,18 +149,19 @@ void cloud_builder<S, D>::store_column(std::size_t f, index_t first, index_t n, 
 template <Scalar S, int D>
 void cloud_builder<S, D>::choose_origin() {
   constexpr double far = 10'000;
+  point_vector<double, D> middle = no_origin<D>();
+  bool is_rounded = false;
   for (index_t d = 0; d < D; ++d) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    bool is_rounded = false;
     for (const double value : wide_.row(d)) {
       if (!std::isfinite(value)) continue;
       low = std::min(low, value);
       high = std::max(high, value);
-      is_rounded = is_rounded || double(static_cast<S>(value)) != value;
+      is_rounded = is_rounded || (std::abs(value) >= far && double(static_cast<S>(value)) != value);
     }
-    if (is_rounded && std::max(-low, high) >= far)
-      cloud_.origin[d] = std::round(low / 2 + high / 2);
+    if (std::max(-low, high) >= far) middle[d] = std::round(low / 2 + high / 2);
   }
+  if (is_rounded) cloud_.origin = middle;
 }
 
 template <Scalar S, int D>

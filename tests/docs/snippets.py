@@ -19,6 +19,7 @@ PRELUDE = """
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <ranges>
 #include <span>

@@ -88,6 +88,66 @@ void ply_write(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(ply_write);
 
+void outliers(benchmark::State& state) {
+  double count = 0;
+  for (auto _ : state) {
+    const auto found = statistical_outliers(
+        points(), {.neighbors = outlier_neighbors, .deviations = outlier_deviations});
+    benchmark::DoNotOptimize(found.kept.data());
+    count = double(found.kept.size());
+  }
+  report_result(state, count);
+}
+CILANTRO_BENCHMARK(outliers);
+
+void depth_to_points(benchmark::State& state) {
+  const pinhole_camera<float> camera{image_width,  image_height,    focal_length,
+                                     focal_length, image_width / 2, image_height / 2};
+  const image_view depth{depth_image().data(), image_width, image_height};
+  double sum = 0;
+  for (auto _ : state) {
+    const auto cloud = cloud_from_depth(depth, camera);
+    benchmark::DoNotOptimize(cloud.points.data());
+    state.PauseTiming();
+    sum = cloud.points.cast<double>().row(2).sum();
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(depth_to_points);
+
+/// The sum of all coordinates of a file, which is read again and again.
+void read(benchmark::State& state, const char* name) {
+  double sum = 0;
+  for (auto _ : state) {
+    const auto cloud = read_cloud<float>(data_path(name));
+    benchmark::DoNotOptimize(cloud.points.data());
+    state.PauseTiming();
+    sum = cloud.points.cast<double>().sum();
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+void pcd_read(benchmark::State& state) {
+  read(state, "large.pcd");
+}
+CILANTRO_BENCHMARK(pcd_read);
+void pcd_unpack(benchmark::State& state) {
+  read(state, "large_compressed.pcd");
+}
+CILANTRO_BENCHMARK(pcd_unpack);
+void xyz_read(benchmark::State& state) {
+  read(state, "large.xyz");
+}
+CILANTRO_BENCHMARK(xyz_read);
+
+void pcd_write(benchmark::State& state) {
+  const auto cloud = read_ply<float>(data_path("large.ply"));
+  for (auto _ : state) write_pcd(cloud, data_path("written_by_cilantro.pcd"));
+  report_result(state, double(cloud.size()));
+}
+CILANTRO_BENCHMARK(pcd_write);
+
 }  // namespace
 
 BENCHMARK_MAIN();

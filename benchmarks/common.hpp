@@ -5,6 +5,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -15,6 +16,12 @@
 /// Edge of the voxels, in metres; neighbours of a point.
 inline constexpr float voxel_edge = 0.01f;
 inline constexpr int neighbor_count = 10;
+/// What statistical outlier removal is asked with.
+inline constexpr int outlier_neighbors = 20;
+inline constexpr double outlier_deviations = 2;
+/// The depth image of depth.u16.
+inline constexpr int image_width = 640, image_height = 480;
+inline constexpr float focal_length = 585;
 
 inline std::string data_path(const char* name) {
   const char* folder = std::getenv("CILANTRO_BENCHMARK_DATA");
@@ -34,6 +41,17 @@ inline const std::vector<float>& frame() {
     return std::vector<float>{first, first + bytes.size() / sizeof(float)};
   }();
   return points;
+}
+
+/// A depth image in millimetres, row by row.
+inline const std::vector<std::uint16_t>& depth_image() {
+  static const std::vector<std::uint16_t> pixels = [] {
+    std::ifstream in{data_path("depth.u16"), std::ios::binary};
+    std::vector<std::uint16_t> all(std::size_t{image_width} * image_height);
+    in.read(reinterpret_cast<char*>(all.data()), std::streamsize(all.size() * 2));
+    return all;
+  }();
+  return pixels;
 }
 
 /// A number that programs which did the same work agree on.

@@ -28,6 +28,11 @@ int main(int, char** argv) {
   std::cout << "frame: " << frame.size() << " points, " << (is_real ? "Kinect" : "simulated")
             << '\n';
 
+  const auto depth = is_real ? read_depth_png(depth_file) : simulate(0, {.noise = 0.001}).depth;
+  std::ofstream{folder / "depth.u16", std::ios::binary}.write(
+      reinterpret_cast<const char*>(depth.pixels().data()),
+      std::streamsize(depth.pixels().size() * 2));
+
   const auto large_file = real / "large/derived/7scenes_1cm_firstpoint.ply";
   if (std::filesystem::exists(large_file)) {
     std::filesystem::copy_file(large_file, folder / "large.ply",
@@ -39,5 +44,9 @@ int main(int, char** argv) {
     large.colors = large.points.array() - large.points.array().floor();
     write_ply(large, folder / "large.ply");
   }
-  std::cout << "large.ply: " << read_ply<float>(folder / "large.ply").size() << " points\n";
+  const auto large = read_ply<float>(folder / "large.ply");
+  write_pcd(large, folder / "large.pcd");
+  write_pcd(large, folder / "large_compressed.pcd", {.format = pcd_format::binary_compressed});
+  write_text(point_cloud<float, 3>{.points = large.points}, folder / "large.xyz", {.names = false});
+  std::cout << "large.ply and its like: " << large.size() << " points\n";
 }

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <map>
 #include <nanoflann.hpp>
@@ -150,8 +151,8 @@ void voxels(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(voxels);
 
-std::vector<char> file_bytes() {
-  std::FILE* file = std::fopen(data_path("large.ply").c_str(), "rb");
+std::vector<char> file_bytes(const char* name = "large.ply") {
+  std::FILE* file = std::fopen(data_path(name).c_str(), "rb");
   std::fseek(file, 0, SEEK_END);
   std::vector<char> bytes(std::size_t(std::ftell(file)));
   std::rewind(file);
@@ -164,6 +165,31 @@ void bytes_read(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(file_bytes().data());
 }
 CILANTRO_BENCHMARK(bytes_read);
+
+/// Numbers out of text by `from_chars`, one after another, whatever the lines.
+void xyz_read(benchmark::State& state) {
+  double sum = 0;
+  for (auto _ : state) {
+    const auto bytes = file_bytes("large.xyz");
+    std::vector<float> values;
+    const char* const end = bytes.data() + bytes.size();
+    for (const char* at = bytes.data(); at != end;) {
+      if (*at == ' ' || *at == '\n') {
+        ++at;
+        continue;
+      }
+      double value = 0;
+      at = std::from_chars(at, end, value).ptr;
+      values.push_back(float(value));
+    }
+    benchmark::DoNotOptimize(values.data());
+    state.PauseTiming();
+    sum = std::accumulate(values.begin(), values.end(), 0.0);
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(xyz_read);
 
 void bytes_write(benchmark::State& state) {
   const auto bytes = file_bytes();

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <open3d/camera/PinholeCameraIntrinsic.h>
+#include <open3d/geometry/Image.h>
 #include <open3d/geometry/KDTreeFlann.h>
 #include <open3d/geometry/PointCloud.h>
 #include <open3d/io/PointCloudIO.h>
 #include <open3d/utility/Logging.h>
 
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <vector>
 
@@ -123,6 +126,73 @@ void ply_write(benchmark::State& state) {
   report_result(state, double(cloud.points_.size()));
 }
 CILANTRO_BENCHMARK(ply_write);
+
+void outliers(benchmark::State& state) {
+  double count = 0;
+  for (auto _ : state) {
+    const auto [kept, indices] =
+        points().RemoveStatisticalOutliers(outlier_neighbors, outlier_deviations);
+    benchmark::DoNotOptimize(kept.get());
+    count = double(indices.size());
+  }
+  report_result(state, count);
+}
+CILANTRO_BENCHMARK(outliers);
+
+void depth_to_points(benchmark::State& state) {
+  open3d::geometry::Image depth;
+  depth.Prepare(image_width, image_height, 1, 2);
+  std::memcpy(depth.data_.data(), depth_image().data(), depth.data_.size());
+  const open3d::camera::PinholeCameraIntrinsic camera{
+      image_width, image_height, focal_length, focal_length, image_width / 2., image_height / 2.};
+  double sum = 0;
+  for (auto _ : state) {
+    const auto cloud =
+        PointCloud::CreateFromDepthImage(depth, camera, Eigen::Matrix4d::Identity(), 1000.0, 60.0);
+    benchmark::DoNotOptimize(cloud.get());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& p : cloud->points_) sum += p.z();
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(depth_to_points);
+
+/// The sum of all coordinates of a file, which is read again and again.
+void read(benchmark::State& state, const char* name) {
+  double sum = 0;
+  for (auto _ : state) {
+    PointCloud cloud;
+    open3d::io::ReadPointCloud(data_path(name), cloud);
+    benchmark::DoNotOptimize(cloud.points_.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& p : cloud.points_) sum += p.sum();
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+void pcd_read(benchmark::State& state) {
+  read(state, "large.pcd");
+}
+CILANTRO_BENCHMARK(pcd_read);
+void pcd_unpack(benchmark::State& state) {
+  read(state, "large_compressed.pcd");
+}
+CILANTRO_BENCHMARK(pcd_unpack);
+void xyz_read(benchmark::State& state) {
+  read(state, "large.xyz");
+}
+CILANTRO_BENCHMARK(xyz_read);
+
+void pcd_write(benchmark::State& state) {
+  PointCloud cloud;
+  open3d::io::ReadPointCloud(data_path("large.ply"), cloud);
+  for (auto _ : state) open3d::io::WritePointCloud(data_path("written_by_open3d.pcd"), cloud);
+  report_result(state, double(cloud.points_.size()));
+}
+CILANTRO_BENCHMARK(pcd_write);
 
 }  // namespace
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <omp.h>
 #include <pcl/features/normal_3d_omp.h>
+#include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/filters/voxel_grid.h>
+#include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_types.h>
@@ -135,6 +137,53 @@ void ply_write(benchmark::State& state) {
   report_result(state, double(cloud.size()));
 }
 CILANTRO_BENCHMARK(ply_write);
+
+void outliers(benchmark::State& state) {
+  double count = 0;
+  for (auto _ : state) {
+    pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
+    filter.setInputCloud(points());
+    filter.setMeanK(outlier_neighbors);
+    filter.setStddevMulThresh(outlier_deviations);
+    cloud_type kept;
+    filter.filter(kept);
+    benchmark::DoNotOptimize(kept.data());
+    count = double(kept.size());
+  }
+  report_result(state, count);
+}
+CILANTRO_BENCHMARK(outliers);
+
+/// The sum of all coordinates of a file, which is read again and again.
+void read(benchmark::State& state, const char* name) {
+  double sum = 0;
+  for (auto _ : state) {
+    pcl::PointCloud<pcl::PointXYZRGB> cloud;
+    pcl::io::loadPCDFile(data_path(name), cloud);
+    benchmark::DoNotOptimize(cloud.data());
+    state.PauseTiming();
+    sum = 0;
+    for (const auto& p : cloud) sum += double(p.x) + double(p.y) + double(p.z);
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+void pcd_read(benchmark::State& state) {
+  read(state, "large.pcd");
+}
+CILANTRO_BENCHMARK(pcd_read);
+void pcd_unpack(benchmark::State& state) {
+  read(state, "large_compressed.pcd");
+}
+CILANTRO_BENCHMARK(pcd_unpack);
+
+void pcd_write(benchmark::State& state) {
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  pcl::io::loadPCDFile(data_path("large.pcd"), cloud);
+  for (auto _ : state) pcl::io::savePCDFileBinary(data_path("written_by_pcl.pcd"), cloud);
+  report_result(state, double(cloud.size()));
+}
+CILANTRO_BENCHMARK(pcd_write);
 
 }  // namespace
 

@@ -106,6 +106,7 @@ void cloud_builder<S, D>::resize(index_t count) {
 template <Scalar S, int D>
 void cloud_builder<S, D>::store_column(std::size_t f, index_t first, index_t n, const char* data,
                                        std::size_t stride, bool swap) {
+  if (n == 0) return;
   detail::visit_number(fields_[f].type, [&]<class T>(T) {
     swap ? store_column<T, true>(f, first, n, data, stride)
          : store_column<T, false>(f, first, n, data, stride);

@@ -35,6 +35,8 @@ point_cloud<S, 3> finished(point_cloud<S, 3> cloud, const depth_cloud_options& o
 template <Scalar S>
 point_cloud<S, 3> closed_depth_cloud(const image<S>& depth, const pinhole_camera<S>& camera,
                                      const depth_cloud_options& options) {
+  if (!options.organized && !options.normals)
+    return {.points = unproject_known(depth, camera, {.threads = options.threads})};
   return finished(organized_cloud(depth, camera, options), options);
 }
 

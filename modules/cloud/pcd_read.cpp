@@ -147,13 +147,12 @@ class pcd_reader {
     if (compressed > in_.remaining() || size > std::uint64_t{compressed} * 88)
       in_.fail_at_byte("the compressed data are not all there");
     std::vector<char> data(size);
-    if (size > 0) {
-      const char* in = in_.take(compressed);
-      watch(monitor_, 0, 1);
-      if (lzf_decompress(in, compressed, data.data(), size) != size)
-        in_.fail_at_byte("the compressed data are damaged");
-    }
     builder_.resize(count_);
+    if (size == 0) return;
+    const char* in = in_.take(compressed);
+    watch(monitor_, 0, 1);
+    if (lzf_decompress(in, compressed, data.data(), size) != size)
+      in_.fail_at_byte("the compressed data are damaged");
     const char* column = data.data();
     std::size_t f = 0;
     for (const auto& field : header_.fields) {

@@ -99,6 +99,7 @@ std::string header_of(const std::vector<file_column>& columns,
 std::vector<char> compress(const std::vector<file_column>& columns,
                            const std::vector<written_field>& fields, index_t size,
                            const task_monitor& monitor) {
+  if (size == 0) return std::vector<char>(8);
   const std::size_t bytes = record_size(columns) * static_cast<std::size_t>(size);
   std::vector<char> plain(bytes);
   char* out = plain.data();
@@ -111,11 +112,9 @@ std::vector<char> compress(const std::vector<file_column>& columns,
   watch(monitor, 1, 3);
   // What cannot be compressed grows by a byte in 32.
   std::vector<char> packed(8 + bytes + bytes / 16 + 64);
-  const auto length =
-      bytes == 0 ? 0
-                 : lzf_compress(plain.data(), static_cast<unsigned>(bytes), packed.data() + 8,
-                                static_cast<unsigned>(packed.size() - 8));
-  expects(bytes == 0 || length > 0, "write_pcd: the data could not be compressed");
+  const auto length = lzf_compress(plain.data(), static_cast<unsigned>(bytes), packed.data() + 8,
+                                   static_cast<unsigned>(packed.size() - 8));
+  expects(length > 0, "write_pcd: the data could not be compressed");
   packed.resize(8 + length);
   std::uint32_t sizes[] = {length, static_cast<std::uint32_t>(bytes)};
   for (auto& s : sizes)

@@ -73,7 +73,7 @@ class text_reader {
     if (!builder.has_points())
       in_.fail_at_line(D == 2 ? "the points have no x and y" : "the points have no x, y and z");
     builder.resize(rows_);
-    for (std::size_t c = 0; c < columns_; ++c) {
+    for (std::size_t c = 0; c < columns_ && rows_ > 0; ++c) {
       const auto* data = reinterpret_cast<const char*>(values_.data() + c);
       if (fields[c].type == number::float64)
         builder.store_column(c, 0, rows_, data, columns_ * sizeof(double), false);

@@ -22,6 +22,34 @@ void expect_valid(const pinhole_camera<S>& camera, const char* who) {
           std::string{who} + ": the focal lengths must be positive");
 }
 
+template <Scalar S>
+void expect_size(const image<S>& depth, const pinhole_camera<S>& camera) {
+  expect_valid(camera, "unproject");
+  expects(depth.width() == camera.width && depth.height() == camera.height,
+          "unproject: image and camera must have the same size");
+}
+
+/// The point in the world that a pixel of some depth shows.
+template <Scalar S>
+class ray_caster {
+ public:
+  explicit ray_caster(const pinhole_camera<S>& camera)
+      : camera_{camera},
+        rotation_{camera.to_world.linear()},
+        position_{camera.to_world.translation()} {}
+
+  [[nodiscard]] point_vector<S, 3> operator()(int u, int v, S z) const {
+    const point_vector<S, 3> seen{(S(u) - camera_.cx) / camera_.fx * z,
+                                  (S(v) - camera_.cy) / camera_.fy * z, z};
+    return rotation_ * seen + position_;
+  }
+
+ private:
+  const pinhole_camera<S>& camera_;
+  Eigen::Matrix<S, 3, 3> rotation_;
+  point_vector<S, 3> position_;
+};
+
 /// The pixels that a point covers, and how far away it is. Empty if it is not seen.
 template <Scalar S>
 struct footprint {
@@ -73,27 +101,41 @@ class projector {
 template <Scalar S>
 point_matrix<S, 3> closed_unproject(const image<S>& depth, const pinhole_camera<S>& camera,
                                     const execution& how) {
-  expect_valid(camera, "unproject");
-  expects(depth.width() == camera.width && depth.height() == camera.height,
-          "unproject: image and camera must have the same size");
-  constexpr S nan = std::numeric_limits<S>::quiet_NaN();
-  const Eigen::Matrix<S, 3, 3> rotation = camera.to_world.linear();
-  const point_vector<S, 3> position = camera.to_world.translation();
-
+  expect_size(depth, camera);
+  const ray_caster<S> point_at{camera};
   point_matrix<S, 3> points(3, std::ssize(depth.pixels()));
   parallel_blocks(depth.height(), rows_at_a_time, how, [&](index_t, index_t begin, index_t end) {
     index_t i = begin * depth.width();
     for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v)
       for (int u = 0; u < depth.width(); ++u, ++i) {
         const S z = depth(u, v);
-        if (!(z > 0)) {
-          points.col(i).setConstant(nan);
-          continue;
-        }
-        const point_vector<S, 3> seen{(S(u) - camera.cx) / camera.fx * z,
-                                      (S(v) - camera.cy) / camera.fy * z, z};
-        points.col(i) = rotation * seen + position;
+        if (z > 0)
+          points.col(i) = point_at(u, v, z);
+        else
+          points.col(i).setConstant(std::numeric_limits<S>::quiet_NaN());
       }
+  });
+  return points;
+}
+
+template <Scalar S>
+point_matrix<S, 3> unproject_known(const image<S>& depth, const pinhole_camera<S>& camera,
+                                   const execution& how) {
+  expect_size(depth, camera);
+  const ray_caster<S> point_at{camera};
+  // Where the points of each row begin: counting is cheap, and a thread then writes only its own.
+  std::vector<index_t> first(static_cast<std::size_t>(depth.height()) + 1);
+  for (int v = 0; v < depth.height(); ++v) {
+    index_t count = 0;
+    for (int u = 0; u < depth.width(); ++u) count += depth(u, v) > 0;
+    first[static_cast<std::size_t>(v) + 1] = first[static_cast<std::size_t>(v)] + count;
+  }
+  point_matrix<S, 3> points(3, first.back());
+  parallel_blocks(depth.height(), rows_at_a_time, how, [&](index_t, index_t begin, index_t end) {
+    index_t i = first[static_cast<std::size_t>(begin)];
+    for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v)
+      for (int u = 0; u < depth.width(); ++u)
+        if (const S z = depth(u, v); z > 0) points.col(i++) = point_at(u, v, z);
   });
   return points;
 }
@@ -176,6 +218,8 @@ image<std::uint16_t> quantize_depth(const image<S>& depth, positive metres_per_u
 #define CILANTRO_INSTANTIATE(S)                                                              \
   template point_matrix<S, 3> closed_unproject(const image<S>&, const pinhole_camera<S>&,    \
                                                const execution&);                            \
+  template point_matrix<S, 3> unproject_known(const image<S>&, const pinhole_camera<S>&,     \
+                                              const execution&);                             \
   template point_matrix<S, 3> organized_normals(const point_matrix<S, 3>&,                   \
                                                 const pinhole_camera<S>&, const execution&); \
   template image<std::int32_t> closed_project(points_view<S, 3>, const pinhole_camera<S>&,   \

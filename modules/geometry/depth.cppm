@@ -103,6 +103,13 @@ export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_
   return closed_unproject<S>(to_depth<S>(depth, convert, how), camera, how);
 }
 
+/// The same without the pixels that say nothing: the points that are known, in their order, of a
+/// depth image in metres. Throws as `unproject` does.
+export template <Scalar S>
+[[nodiscard]] point_matrix<S, 3> unproject_known(const image<S>& depth,
+                                                 const pinhole_camera<S>& camera,
+                                                 const execution& how = {});
+
 /// Normals of organised points of one camera: the cross product of the differences between the
 /// neighbours of a pixel to the right and left, and below and above, at unit length and turned to
 /// the camera. Zero at the border of the image, and where a pixel or one of its four neighbours

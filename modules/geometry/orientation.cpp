@@ -43,14 +43,37 @@ struct costly_edge {
   friend auto operator<=>(const costly_edge&, const costly_edge&) = default;
 };
 
-}  // namespace
-
-template <Scalar S, int D>
-index_t closed_orient_consistently(points_view<S, D> points, const neighborhoods<S>& graph,
-                                   const point_vector<S, D>* viewpoint, S* normals,
-                                   index_t stride) {
+/// Hands each neighbour j of each point i to `add(i, j)`.
+template <Scalar S, int D, class F>
+void for_each_edge(points_view<S, D> points, const neighborhoods<S>& graph, F add) {
   expects(graph.size() == points.size(),
           "orient_consistently: the graph must have one node per point");
+  expects(std::ranges::all_of(graph.indices(),
+                              [&](std::int32_t i) { return 0 <= i && i < points.size(); }),
+          "orient_consistently: a neighbor is not one of the points");
+  for (index_t i = 0; i < points.size(); ++i)
+    for (const auto j : graph[i].indices()) add(static_cast<std::int32_t>(i), j);
+}
+
+/// As above, of neighbourhoods that are found some thousands at a time, and not kept.
+template <Scalar S, int D, class F>
+void for_each_edge(points_view<S, D> points, const neighborhood_spec& spec, F add) {
+  constexpr index_t at_a_time = 1 << 14;
+  const kd_tree<S, D> tree{points};
+  for (index_t first = 0; first < points.size(); first += at_a_time) {
+    const index_t n = std::min(at_a_time, points.size() - first);
+    const auto near = tree.find_all(points.slice(first, n), spec);
+    for (index_t i = 0; i < n; ++i)
+      for (const auto j : near[i].indices()) add(static_cast<std::int32_t>(first + i), j);
+  }
+}
+
+}  // namespace
+
+template <Scalar S, int D, class Near>
+index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
+                                   const point_vector<S, D>* viewpoint, S* normals,
+                                   index_t stride) {
   const index_t n = points.size();
   const auto normal = [&](index_t i) {
     return Eigen::Map<point_vector<S, D>>{normals + i * stride, points.dimension()};
@@ -59,17 +82,18 @@ index_t closed_orient_consistently(points_view<S, D> points, const neighborhoods
     return is_finite(points[i]) && is_finite(normal(i)) && !normal(i).isZero(0);
   };
 
-  const auto symmetric = neighbor_graph(graph);
   std::vector<costly_edge<S>> edges;
-  for (index_t i = 0; i < n; ++i)
-    for (const auto& [j, distance] : symmetric[i])
-      if (i < j && is_known(i) && is_known(j))
-        edges.push_back({1 - std::min(S(1), std::abs(normal(i).dot(normal(j)))),
-                         static_cast<std::int32_t>(i), static_cast<std::int32_t>(j)});
+  for_each_edge(points, near, [&](std::int32_t i, std::int32_t j) {
+    if (i != j && is_known(i) && is_known(j))
+      edges.push_back(
+          {1 - std::min(S(1), std::abs(normal(i).dot(normal(j)))), std::min(i, j), std::max(i, j)});
+  });
   std::ranges::sort(edges);
-  // Kruskal's algorithm; what stays in `edges` is the tree, or a tree per part.
+  // Kruskal's algorithm; what stays in `edges` is the tree, or a tree per part. An edge that was
+  // found from both of its ends does no harm.
   disjoint_sets parts{n};
   std::erase_if(edges, [&](const costly_edge<S>& e) { return !parts.merge(e.i, e.j); });
+  edges.shrink_to_fit();
   std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
   for (const auto& e : edges)
     for (const auto end : {e.i, e.j}) ++offsets[static_cast<std::size_t>(end) + 1];
@@ -116,8 +140,10 @@ index_t closed_orient_consistently(points_view<S, D> points, const neighborhoods
   return count;
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                              \
-  template index_t closed_orient_consistently<S, D>(points_view<S, D>, const neighborhoods<S>&, \
+#define CILANTRO_INSTANTIATE(S, D)                                                               \
+  template index_t closed_orient_consistently<S, D>(points_view<S, D>, const neighborhoods<S>&,  \
+                                                    const point_vector<S, D>*, S*, index_t);     \
+  template index_t closed_orient_consistently<S, D>(points_view<S, D>, const neighborhood_spec&, \
                                                     const point_vector<S, D>*, S*, index_t);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE

@@ -73,7 +73,7 @@ TEST_CASE("chi-square quantiles are those of the tables") {
 
 TEST_CASE_TEMPLATE("the subset found is the one with the smallest determinant of all", T, test::f2,
                    test::f3, test::d2, test::d3) {
-  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
     auto points = test::random_points<T>(12, seed);
     points.leftCols(2) *= 5;
     const index_t h = 9;
@@ -104,14 +104,14 @@ TEST_CASE_TEMPLATE("a third of the points may be anywhere", T, ALL_SPACES) {
 }
 
 TEST_CASE_TEMPLATE("the covariance of normally distributed points is theirs", T, ALL_SPACES) {
-  const auto points = normal_points<T>(20000, 2);
+  const auto points = normal_points<T>(8000, 2);
   const auto found = mean_and_covariance(points, minimum_covariance_determinant{.share = 0.75});
   const auto identity = Eigen::MatrixX<typename T::scalar>::Identity(T::dimension, T::dimension);
-  CHECK((found->covariance - identity).cwiseAbs().maxCoeff() < 0.08);
+  CHECK((found->covariance - identity).cwiseAbs().maxCoeff() < 0.1);
   const auto all = mean_and_covariance(
       points,
       minimum_covariance_determinant{.rejection = chi_square_quantile(0.975, T::dimension)});
-  CHECK(double(all->count) == doctest::Approx(0.975 * 20000).epsilon(0.01));
+  CHECK(double(all->count) == doctest::Approx(0.975 * 8000).epsilon(0.01));
 }
 
 TEST_CASE_TEMPLATE("rejection keeps every good point and no other", T, test::f2, test::d3,
@@ -217,12 +217,12 @@ TEST_CASE_TEMPLATE("normals by the sample covariance are those by default", T, A
 
 TEST_CASE_TEMPLATE("robust normals ignore clutter that turns plain ones", T, test::f3, test::d3) {
   using S = typename T::scalar;
-  auto points = test::random_points<T>(3000, 8);
+  auto points = test::random_points<T>(900, 8);
   points.row(2).setZero();
-  for (index_t i = 0; i < 3000; i += 6) points(2, i) = S(0.02 + 0.1 * double(i % 7));
+  for (index_t i = 0; i < 900; i += 6) points(2, i) = S(0.02 + 0.1 * double(i % 7));
   const auto worst = [&](const auto& found) {
     S least = 1;
-    for (index_t i = 1; i < 3000; i += 6) least = std::min(least, std::abs(found.normals(2, i)));
+    for (index_t i = 1; i < 900; i += 6) least = std::min(least, std::abs(found.normals(2, i)));
     return std::acos(double(std::min(least, S(1))));
   };
   const auto plain = estimate_normals(points, knn{30});

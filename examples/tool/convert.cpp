@@ -6,6 +6,7 @@
 #include <string>
 
 #include "commands.hpp"
+#include "depth_options.hpp"
 
 import cilantro;
 import tool;
@@ -42,13 +43,7 @@ void add_convert(CLI::App& app) {
   auto* text = command->add_flag("--ascii", settings->as_text, "PLY and PCD as text");
   command->add_flag("--compressed", settings->compressed, "PCD as binary_compressed")
       ->excludes(text);
-  command->add_option("--camera", settings->depth.camera, "Of a depth image: fx,fy,cx,cy in pixels")
-      ->delimiter(',')
-      ->expected(4);
-  command
-      ->add_option("--depth-scale", settings->depth.per_metre,
-                   "What a depth image stores for a metre (1000)")
-      ->check(CLI::PositiveNumber);
+  add_depth_options(*command, settings->depth);
   command->add_flag("--quiet", settings->quiet, "No progress and no report");
   command->callback([settings] {
     const auto cloud = read_input(settings->from, settings->depth, settings->quiet).cloud;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "depth_options.hpp"
 
 import cilantro;
 import tool;
@@ -108,6 +109,7 @@ void add_info(CLI::App& app) {
   const auto settings = std::make_shared<info_settings>();
   auto* command = app.add_subcommand("info", "Says what a file holds");
   command->add_option("FILE", settings->file, "A cloud or a depth image")->required();
+  add_depth_options(*command, settings->depth);
   command->add_flag("--json", settings->as_json, "As one JSON object");
   command->add_flag("--quiet", settings->quiet, "No progress");
   command->callback([settings] {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "depth_options.hpp"
 
 import cilantro;
 import scan_io;
@@ -55,13 +56,7 @@ void add_run(CLI::App& app) {
   command->add_option("STEPS", settings->steps, "What to do, such as voxel=0.005 normals=knn:10");
   command->add_option("-o,--output", settings->output, "A cloud; its ending says the format");
   command->add_option("--picture", settings->picture, "A picture of the result as PNG");
-  command->add_option("--camera", settings->depth.camera, "Of a depth image: fx,fy,cx,cy in pixels")
-      ->delimiter(',')
-      ->expected(4);
-  command
-      ->add_option("--depth-scale", settings->depth.per_metre,
-                   "What a depth image stores for a metre (1000)")
-      ->check(CLI::PositiveNumber);
+  add_depth_options(*command, settings->depth);
   command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--quiet", settings->quiet, "No progress and no report");

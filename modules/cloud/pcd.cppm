@@ -27,8 +27,8 @@ export struct pcd_write_options {
 /// `origin_policy` says. Lines of text may separate values with commas, as some exporters do.
 ///
 /// Throws `io_error` with path, and line or byte, for what is not a regular file, or is malformed
-/// or truncated. Memory is bounded by the size of the file, times what LZF can compress; what
-/// follows the data is not looked at.
+/// or truncated. Memory is bounded by the size of the file, times what LZF can compress, which are
+/// unpacked at once; what follows the data is not looked at.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_pcd(const std::filesystem::path& path,

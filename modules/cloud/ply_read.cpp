@@ -219,14 +219,14 @@ point_cloud<S, D> read_stream(byte_stream& in, const read_options& options) {
 template <Scalar S, int D>
   requires(D == 2 || D == 3)
 point_cloud<S, D> read_ply(const std::filesystem::path& path, const read_options& options) {
-  return with_stream(path, [&](byte_stream in) { return read_stream<S, D>(in, options); });
+  return with_stream(path, [&](byte_stream& in) { return read_stream<S, D>(in, options); });
 }
 
 template <Scalar S, int D>
   requires(D == 2 || D == 3)
 point_cloud<S, D> read_ply(std::span<const std::byte> bytes, const std::filesystem::path& name,
                            const read_options& options) {
-  return with_stream(bytes, name, [&](byte_stream in) { return read_stream<S, D>(in, options); });
+  return with_stream(bytes, name, [&](byte_stream& in) { return read_stream<S, D>(in, options); });
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                              \

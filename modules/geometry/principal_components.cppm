@@ -25,9 +25,8 @@ struct principal_component_basis {
   }
 
   template <class P>
-  static constexpr bool fits =
-      std::same_as<scalar_of<P>, S> &&
-      (D == dynamic || dimension_of<P> == dynamic || dimension_of<P> == D);
+  static constexpr bool fits = std::same_as<scalar_of<P>, S> &&
+                               (D == dynamic || dimension_of<P> == dynamic || dimension_of<P> == D);
 
   /// Coordinates along the first K axes, `K × N`.
   template <int K, PointsSource P>

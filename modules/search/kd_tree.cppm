@@ -125,9 +125,9 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
 ///
 /// Points with a non-finite coordinate (or one beyond `largest_searchable_coordinate`) are never
 /// found, and such queries find nothing; indices count all points all the same. At most 2³¹ − 1
-/// points. Building is O(N log N); a query for k neighbours in low dimension O(k log k + log N).
-/// Source: Bentley 1975; Friedman, Bentley & Finkel 1977; the bounds are those of Arya & Mount
-/// 1993.
+/// points. Memory: see `memory`, and once more the points while it is built. Building is O(N log
+/// N); a query for k neighbours in low dimension O(k log k + log N). Source: Bentley 1975;
+/// Friedman, Bentley & Finkel 1977; the bounds are those of Arya & Mount 1993.
 export template <Scalar S, int D, CoordinateMetric<S> M = euclidean>
 class kd_tree {
  public:

@@ -123,8 +123,8 @@ TEST_CASE_TEMPLATE("rejection keeps every good point and no other", T, test::f2,
       minimum_covariance_determinant{.rejection = chi_square_quantile(1 - 1e-9, T::dimension)});
   CHECK(found->count == 160);
   const auto good = mean_and_covariance(points.leftCols(160).eval());
-  CHECK(found->mean.isApprox(good->mean, 1e-4));
-  CHECK(found->covariance.isApprox(good->covariance, 1e-4));
+  CHECK(found->mean.isApprox(good->mean, 1e-4f));
+  CHECK(found->covariance.isApprox(good->covariance, 1e-4f));
   const auto distances = mahalanobis_distances(points, *found);
   for (index_t i = 0; i < 200; ++i) CHECK((distances[i] < 7) == (i < 160));
 }

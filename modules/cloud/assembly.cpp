@@ -149,6 +149,7 @@ void cloud_builder<S, D>::store_column(std::size_t f, index_t first, index_t n, 
 
 template <Scalar S, int D>
 void cloud_builder<S, D>::choose_origin() {
+  if (wide_.cols() == 0) return;  // A row of nothing cannot even be looked at.
   constexpr double far = 10'000;
   point_vector<double, D> middle = no_origin<D>();
   bool is_rounded = false;

@@ -101,6 +101,7 @@ TEST_CASE("lines that are wrong are refused with their number") {
   CHECK(read("nan -inf 1e-400\n").points(2, 0) == 0);
   CHECK(read("").empty());
   CHECK(read("\n\n# nothing\n").empty());
+  CHECK(read_text<float>(std::as_bytes(std::span{std::string_view{"\n"}})).empty());
 }
 
 TEST_CASE_TEMPLATE("what is written as text is read back to the bit", T, CLOUD_SPACES) {

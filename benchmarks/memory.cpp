@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // How much memory each step holds at its peak, beside its input, in units of input and output.
-// Ends with 1 if a step holds more than twice input plus output. Linux only.
+// Ends with 1 if a step holds more than twice input plus output, but for the one that has to sort
+// the edges of a graph. Linux only.
 #include <malloc.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -93,6 +94,7 @@ int main() {
   struct row {
     const char* name;
     std::function<double()> prepare, step;
+    double allowed = 2;
   };
   const row rows[] = {
       {"kd_tree", make, [&] { return double(kd_tree{cloud.points}.memory()); }},
@@ -114,7 +116,8 @@ int main() {
          cloud.normals = point_matrix<float, 3>::Random(3, point_count);
          const auto turned = orient_consistently(std::move(cloud), knn{6});
          return 24.0 * double(turned.size());
-       }},
+       },
+       3.5},  // All edges of the graph have to be sorted.
       {"cloud_from_depth", [] { return 2.0 * 4000 * 2000; },
        [] {
          const image<std::uint16_t> depth(4000, 2000, 1500);
@@ -139,7 +142,7 @@ int main() {
   bool good = true;
   for (const auto& r : rows) {
     const double share = measure(r.prepare, r.step);
-    good = good && share >= 0 && share <= 2;
+    good = good && share >= 0 && share <= r.allowed;
     std::printf("%-24s %5.2f x (input + output)\n", r.name, share);
   }
   std::filesystem::remove_all(folder);

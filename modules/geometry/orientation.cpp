@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -43,6 +44,17 @@ struct costly_edge {
   friend auto operator<=>(const costly_edge&, const costly_edge&) = default;
 };
 
+/// How many edges there will be at most, where that is known: growing would hold twice as many.
+template <Scalar S, int D>
+index_t edge_count(points_view<S, D>, const neighborhoods<S>& graph) {
+  return graph.total();
+}
+template <Scalar S, int D>
+index_t edge_count(points_view<S, D> points, const neighborhood_spec& spec) {
+  if (!spec.is_count_limited() || std::isfinite(spec.max_distance())) return 0;
+  return points.size() * std::clamp<index_t>(spec.max_count() - 1, 0, points.size());
+}
+
 /// Hands each neighbour j of each point i to `add(i, j)`.
 template <Scalar S, int D, class F>
 void for_each_edge(points_view<S, D> points, const neighborhoods<S>& graph, F add) {
@@ -83,6 +95,7 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
   };
 
   std::vector<costly_edge<S>> edges;
+  edges.reserve(static_cast<std::size_t>(edge_count(points, near)));
   for_each_edge(points, near, [&](std::int32_t i, std::int32_t j) {
     if (i != j && is_known(i) && is_known(j))
       edges.push_back(

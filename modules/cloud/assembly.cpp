@@ -29,14 +29,14 @@ namespace {
 
 using detail::number;
 
+constexpr std::string_view origin_keyword = "origin ";
+
+}  // namespace
+
 bool same_name(std::string_view a, std::string_view b) {
   return std::ranges::equal(
       a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
-
-constexpr std::string_view origin_keyword = "origin ";
-
-}  // namespace
 
 template <Scalar S, int D>
 cloud_builder<S, D>::cloud_builder(std::vector<file_field> fields, origin_policy origin,

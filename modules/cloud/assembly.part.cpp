@@ -24,6 +24,9 @@ import :point_cloud;
 
 namespace cilantro {
 
+/// Whether two names are the same but for capital letters.
+bool same_name(std::string_view a, std::string_view b);
+
 /// A column of a file: its name, the type of its numbers, and whether anybody wants it.
 struct file_field {
   std::string name;

@@ -2,7 +2,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -175,9 +174,10 @@ class text_reader {
     return take_row(line);
   }
 
-  /// Whether columns `first` to `first + 2` are whole numbers from 0 to 255, and not all 0 or 1.
-  [[nodiscard]] bool are_bytes(std::size_t first) const {
-    bool exceeds_one = false;
+  /// Whether columns `first` to `first + 2` are whole numbers from 0 to 255, and, unless that does
+  /// not matter, not all 0 or 1.
+  [[nodiscard]] bool are_bytes(std::size_t first, bool must_exceed_one = true) const {
+    bool exceeds_one = !must_exceed_one;
     for (index_t i = 0; i < rows_; ++i)
       for (std::size_t c = first; c < first + 3; ++c) {
         const double v = value(i, c);
@@ -255,14 +255,15 @@ class text_reader {
 
     std::vector<file_field> fields;
     for (const auto& name : all) fields.push_back({name, number::float64, name == "_"});
+    // Spelled out, as this library writes them, whole numbers are from 0 to 255 even if all are
+    // dark; r, g and b of 0 and 1 are more likely to be pure colours.
     for (std::size_t c = 0; c + 2 < fields.size(); ++c) {
-      const auto is_color = [&](std::size_t i, std::string_view word) {
-        std::string lower;
-        for (const char ch : fields[i].name)
-          lower += static_cast<char>(std::tolower(static_cast<unsigned char>(ch)));
-        return lower == word || lower == word.substr(0, 1);
+      const auto are = [&](std::string_view red, std::string_view green, std::string_view blue) {
+        return same_name(fields[c].name, red) && same_name(fields[c + 1].name, green) &&
+               same_name(fields[c + 2].name, blue);
       };
-      if (is_color(c, "red") && is_color(c + 1, "green") && is_color(c + 2, "blue") && are_bytes(c))
+      if ((are("red", "green", "blue") && are_bytes(c, false)) ||
+          (are("r", "g", "b") && are_bytes(c)))
         for (std::size_t i = c; i < c + 3; ++i) fields[i].type = number::uint8;
     }
     return fields;

@@ -36,11 +36,12 @@ export struct text_write_options {
 ///   255 and the file has no count; 6 more: colours and normals, in either order;
 /// - anything else: attributes named column_4 and so on.
 ///
-/// Colours of whole numbers from 0 to 255 are read as such; others are taken for numbers in [0, 1].
-/// Attributes are of double. Memory beside the result: up to 16 bytes a number. Throws `io_error`
-/// with path and line for a line with another number of values than the first, a word that is no
-/// number, or fewer points than the count says; `invalid_input` if columns are named and x, y (and
-/// z) are not among them.
+/// Colours of whole numbers from 0 to 255 are read as such, those of only 0 and 1 if the columns
+/// are spelled out as red, green and blue; others are taken for numbers in [0, 1]. Attributes are
+/// of double. Memory beside the result: up to 16 bytes a number. Throws `io_error` with path and
+/// line for a line with another number of values than the first, a word that is no number, or fewer
+/// points than the count says; `invalid_input` if columns are named and x, y (and z) are not among
+/// them.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_text(const std::filesystem::path& path,

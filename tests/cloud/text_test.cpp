@@ -71,6 +71,17 @@ TEST_CASE("columns are named by the first line, a comment, or the caller") {
   CHECK(remarks.size() == 2);
 }
 
+TEST_CASE("the darkest colors are not taken for pure ones when they are spelled out") {
+  CHECK(read("x y z red green blue\n1 2 3 1 0 1\n").colors.col(0) ==
+        Eigen::Vector3f{1, 0, 1} / 255.0f);
+  CHECK(read("x y z r g b\n1 2 3 1 0 1\n").colors.col(0) == Eigen::Vector3f{1, 0, 1});
+  const test::temporary_folder folder;
+  point_cloud<float, 3> cloud{.points = test::random_points<test::f3>(4)};
+  cloud.colors = Eigen::Matrix3Xf::Constant(3, 4, 1 / 255.0f);
+  write_text(cloud, folder / "a.xyz");
+  CHECK(read_text<float>(folder / "a.xyz") == cloud);
+}
+
 TEST_CASE("a PTS file is read up to its count, and no further") {
   CHECK(read("2\n1 2 3\n4 5 6\n7 8 9\n").size() == 2);
   CHECK(message_of("3\n1 2 3\n4 5 6\n")

@@ -53,8 +53,7 @@ bool is_number(std::string_view word) {
 
 /// Whether words are names of columns, of which the first are the coordinates.
 bool are_names(const names& words) {
-  return words.size() >= 2 && (words[0] == "x" || words[0] == "X") &&
-         (words[1] == "y" || words[1] == "Y");
+  return words.size() >= 2 && same_name(words[0], "x") && same_name(words[1], "y");
 }
 
 template <Scalar S, int D>
@@ -120,9 +119,7 @@ class text_reader {
     const char* at = line.data();
     const char* const end = at + line.size();
     const auto skip = [&] {
-      while (at != end && (*at == ' ' || *at == ',' || *at == '\t' || *at == ';' || *at == '\r' ||
-                           *at == '\v' || *at == '\f'))
-        ++at;
+      while (at != end && is_separator(*at)) ++at;
     };
     skip();
     if (at == end) return false;

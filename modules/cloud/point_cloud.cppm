@@ -182,16 +182,16 @@ export template <Scalar S, int D>
 /// inverse transpose. A cloud with an origin has that moved in double, and its points stay small.
 /// Colours and attributes stay as they are. Throws `invalid_input` for a transform of another
 /// dimension, and for one that cannot be inverted if there are normals.
-export template <Scalar S, int D, int E, int Mode, int O>
-[[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud,
-                                          const Eigen::Transform<S, E, Mode, O>& transform) {
+export template <Scalar S, int D, AffineMap T>
+  requires std::same_as<typename T::Scalar, S>
+[[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud, const T& transform) {
   expect_consistent(cloud, "transform");
   if (cloud.has_normals()) transform_normals(transform, cloud.normals, cloud.normals);
   if (!cloud.has_origin()) {
     transform_points(transform, cloud.points, cloud.points);
     return cloud;
   }
-  Eigen::Transform<S, E, Mode, O> around_origin = transform;
+  T around_origin = transform;
   around_origin.translation().setZero();
   transform_points(around_origin, cloud.points, cloud.points);
   cloud.origin = transform.linear().template cast<double>() * cloud.origin +

@@ -55,8 +55,8 @@ export [[nodiscard]] inline auto orient_to_viewpoint(coordinates viewpoint) {
   }};
 }
 
-export template <Scalar S, int D, int Mode, int O>
-[[nodiscard]] auto transform(const Eigen::Transform<S, D, Mode, O>& by) {
+export template <AffineMap T>
+[[nodiscard]] auto transform(const T& by) {
   return step{[by]<PointCloud C>(C&& cloud) { return transform(std::forward<C>(cloud), by); }};
 }
 

@@ -31,11 +31,23 @@ void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D,
 }
 
 // One solver for all scalars and dimensions: it runs once a call, and is slow to compile.
-Eigen::MatrixXd inverse_transpose(const Eigen::MatrixXd& linear) {
-  expects(linear.allFinite(), "transform_normals: the transform must be finite");
+Eigen::MatrixXd checked_inverse(const Eigen::MatrixXd& linear, const char* what) {
+  expects(linear.allFinite(), what);
   const Eigen::FullPivLU<Eigen::MatrixXd> lu{linear};
-  expects(lu.isInvertible(), "transform_normals: the transform must be invertible");
-  return lu.inverse().transpose();
+  expects(lu.isInvertible(), what);
+  return lu.inverse();
+}
+
+Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear) {
+  expects(linear.rows() == linear.cols() && linear.allFinite(),
+          "nearest_rotation: the matrix must be square and finite");
+  if (linear.size() == 0) return linear;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd{linear, Eigen::ComputeFullU | Eigen::ComputeFullV};
+  Eigen::MatrixXd u = svd.matrixU();
+  const Eigen::MatrixXd& v = svd.matrixV();
+  // The least singular value gives way to a mirrored answer.
+  if (u.determinant() * v.determinant() < 0) u.rightCols(1) *= -1;
+  return u * v.transpose();
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                              \

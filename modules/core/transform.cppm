@@ -12,6 +12,133 @@ namespace cilantro {
 export template <int D>
 inline constexpr int closed_dimension = D == 2 || D == 3 ? D : dynamic;
 
+/// A map of points `p ↦ linear · p + translation`, of any dimension: every `Eigen::Transform` of
+/// mode `Isometry`, `Affine` or `AffineCompact`, and `run_time_transform`. Transforms of a
+/// registration map the source to the target.
+export template <class T>
+concept AffineMap = requires(const T& t) {
+  requires Scalar<typename T::Scalar>;
+  { t.linear().rows() } -> std::convertible_to<index_t>;
+  { t.translation().size() } -> std::convertible_to<index_t>;
+};
+
+/// What `Eigen::Transform` is for a fixed dimension, for one known at run time, which Eigen has
+/// not. `Mode` is `Eigen::Isometry` for a rigid motion or `Eigen::Affine`.
+export template <Scalar S, int Mode>
+class run_time_transform {
+ public:
+  using Scalar = S;
+  using linear_type = Eigen::Matrix<S, dynamic, dynamic>;
+  using vector_type = Eigen::Matrix<S, dynamic, 1>;
+
+  /// Of no dimension at all.
+  run_time_transform() = default;
+  /// Throws `invalid_input` unless `linear` is square and as large as `translation`.
+  run_time_transform(linear_type linear, vector_type translation)
+      : linear_{std::move(linear)}, translation_{std::move(translation)} {
+    expects(linear_.rows() == linear_.cols() && linear_.rows() == translation_.size(),
+            "run_time_transform: linear part and translation differ in dimension");
+  }
+  [[nodiscard]] static run_time_transform Identity(index_t dimension) {
+    return {linear_type::Identity(dimension, dimension), vector_type::Zero(dimension)};
+  }
+
+  [[nodiscard]] const linear_type& linear() const { return linear_; }
+  [[nodiscard]] linear_type& linear() { return linear_; }
+  [[nodiscard]] const vector_type& translation() const { return translation_; }
+  [[nodiscard]] vector_type& translation() { return translation_; }
+  /// `(Dim + 1) × (Dim + 1)`, for homogeneous coordinates.
+  [[nodiscard]] linear_type matrix() const {
+    const index_t d = translation_.size();
+    linear_type all = linear_type::Identity(d + 1, d + 1);
+    all.topLeftCorner(d, d) = linear_;
+    all.col(d).head(d) = translation_;
+    return all;
+  }
+
+  /// First `b`, then `a`.
+  [[nodiscard]] friend run_time_transform operator*(const run_time_transform& a,
+                                                    const run_time_transform& b) {
+    return {a.linear_ * b.linear_, a.linear_ * b.translation_ + a.translation_};
+  }
+  [[nodiscard]] friend vector_type operator*(const run_time_transform& t, const vector_type& p) {
+    return t.linear_ * p + t.translation_;
+  }
+  /// Throws `invalid_input` if there is none.
+  [[nodiscard]] run_time_transform inverse() const;
+
+ private:
+  linear_type linear_;
+  vector_type translation_;
+};
+
+/// A rotation and a translation: Eigen's own type wherever the dimension is fixed.
+export template <Scalar S, int D>
+using rigid_transform =
+    std::conditional_t<D == dynamic, run_time_transform<S, Eigen::Isometry>,
+                       Eigen::Transform<S, D == dynamic ? 1 : D, Eigen::Isometry>>;
+
+/// Any linear map and a translation.
+export template <Scalar S, int D>
+using affine_transform =
+    std::conditional_t<D == dynamic, run_time_transform<S, Eigen::Affine>,
+                       Eigen::Transform<S, D == dynamic ? 1 : D, Eigen::Affine>>;
+
+template <class T>
+inline constexpr bool is_rigid_map = false;
+template <Scalar S, int D, int O>
+inline constexpr bool is_rigid_map<Eigen::Transform<S, D, Eigen::Isometry, O>> = true;
+template <Scalar S>
+inline constexpr bool is_rigid_map<run_time_transform<S, Eigen::Isometry>> = true;
+
+/// A map whose type says that it keeps distances.
+export template <class T>
+concept RigidMap = AffineMap<T> && is_rigid_map<T>;
+
+/// The transform that moves nothing, of points with `dimension` coordinates.
+export template <AffineMap T>
+[[nodiscard]] T identity_transform(index_t dimension) {
+  if constexpr (requires { T::Identity(dimension); })
+    return T::Identity(dimension);
+  else
+    return T::Identity();
+}
+
+/// A transform of type T with these parts. Throws `invalid_input` if they differ in dimension.
+export template <AffineMap T, class L, class V>
+[[nodiscard]] T make_transform(const Eigen::MatrixBase<L>& linear,
+                               const Eigen::MatrixBase<V>& translation) {
+  expects(linear.rows() == linear.cols() && linear.rows() == translation.size(),
+          "make_transform: linear part and translation differ in dimension");
+  T transform = identity_transform<T>(translation.size());
+  expects(transform.translation().size() == translation.size(),
+          "make_transform: the transform is of another dimension");
+  transform.linear() = linear.template cast<typename T::Scalar>();
+  transform.translation() = translation.template cast<typename T::Scalar>();
+  return transform;
+}
+
+/// The rotation nearest to a square matrix in the Frobenius norm: with determinant 1, never a
+/// reflection. Where several are equally near, one of them.
+/// Throws `invalid_input` for a matrix that is not square or not finite.
+/// Source: Umeyama 1991, "Least-squares estimation of transformation parameters", lemma.
+export [[nodiscard]] Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear);
+
+/// Throws `invalid_input` if there is none.
+Eigen::MatrixXd checked_inverse(const Eigen::MatrixXd& linear, const char* what);
+
+template <Scalar S, int Mode>
+run_time_transform<S, Mode> run_time_transform<S, Mode>::inverse() const {
+  linear_type linear;
+  if constexpr (Mode == Eigen::Isometry)
+    linear = linear_.transpose();
+  else
+    linear = checked_inverse(linear_.template cast<double>(),
+                             "run_time_transform: the transform cannot be inverted")
+                 .template cast<S>();
+  return {linear, -(linear * translation_)};
+}
+
 /// Writes `linear · p + translation` of every point to `out`, `Dim × N` and packed; `out` may be
 /// the points' own storage. Compiled for closed dimensions.
 template <Scalar S, int D>
@@ -24,15 +151,12 @@ template <Scalar S, int D>
 void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear, S* out,
                          index_t out_stride);
 
-/// Throws `invalid_input` if there is none.
-Eigen::MatrixXd inverse_transpose(const Eigen::MatrixXd& linear);
-
 /// `transform · p` for every point p, into `out`, which may be the very matrix that the points lie
 /// in: each point is then moved once. Throws `invalid_input` for mismatched sizes.
-export template <PointsSource P, int D, int Mode, int O, class Out>
-  requires std::same_as<points_view_of<Out>, points_view_of<P>>
-void transform_points(const Eigen::Transform<scalar_of<P>, D, Mode, O>& transform, const P& points,
-                      Eigen::MatrixBase<Out>& out) {
+export template <PointsSource P, AffineMap T, class Out>
+  requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
+           std::same_as<typename T::Scalar, scalar_of<P>>
+void transform_points(const T& transform, const P& points, Eigen::MatrixBase<Out>& out) {
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const auto view = points_in(points);
@@ -45,9 +169,9 @@ void transform_points(const Eigen::Transform<scalar_of<P>, D, Mode, O>& transfor
 }
 
 /// `transform · p` for every point p, as a new matrix.
-export template <PointsSource P, int D, int Mode, int O>
-[[nodiscard]] auto transform_points(const Eigen::Transform<scalar_of<P>, D, Mode, O>& transform,
-                                    const P& points) {
+export template <PointsSource P, AffineMap T>
+  requires std::same_as<typename T::Scalar, scalar_of<P>>
+[[nodiscard]] auto transform_points(const T& transform, const P& points) {
   const auto view = points_in(points);
   point_matrix<scalar_of<P>, dimension_of<P>> out(view.dimension(), view.size());
   transform_points(transform, points, out);
@@ -58,22 +182,27 @@ export template <PointsSource P, int D, int Mode, int O>
 /// times each normal, brought back to unit length. `out` may be the matrix of the normals itself.
 /// Zero normals, which stand for unknown ones, stay zero. Throws `invalid_input` for a transform
 /// that cannot be inverted, or mismatched sizes.
-export template <PointsSource P, int D, int Mode, int O, class Out>
-  requires std::same_as<points_view_of<Out>, points_view_of<P>>
-void transform_normals(const Eigen::Transform<scalar_of<P>, D, Mode, O>& transform,
-                       const P& normals, Eigen::MatrixBase<Out>& out) {
+export template <PointsSource P, AffineMap T, class Out>
+  requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
+           std::same_as<typename T::Scalar, scalar_of<P>>
+void transform_normals(const T& transform, const P& normals, Eigen::MatrixBase<Out>& out) {
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const auto view = points_in(normals);
   expects(out.rows() == view.dimension() && out.cols() == view.size(),
           "transform_normals: the output must have the size of the normals");
-  const auto linear = inverse_transpose(transform.linear().template cast<double>());
+  expects(transform.linear().rows() == view.dimension(),
+          "transform_normals: transform and normals must have the same dimension");
+  const Eigen::MatrixXd linear =
+      checked_inverse(transform.linear().template cast<double>(),
+                      "transform_normals: the transform must be finite and invertible")
+          .transpose();
   apply_to_directions<S, C>(view, linear.template cast<S>(), out.derived().data(),
                             out.derived().outerStride());
 }
-export template <PointsSource P, int D, int Mode, int O>
-[[nodiscard]] auto transform_normals(const Eigen::Transform<scalar_of<P>, D, Mode, O>& transform,
-                                     const P& normals) {
+export template <PointsSource P, AffineMap T>
+  requires std::same_as<typename T::Scalar, scalar_of<P>>
+[[nodiscard]] auto transform_normals(const T& transform, const P& normals) {
   const auto view = points_in(normals);
   point_matrix<scalar_of<P>, dimension_of<P>> out(view.dimension(), view.size());
   transform_normals(transform, normals, out);

@@ -27,6 +27,13 @@ class kd_tree_engine {
     search_scratch<S> room;
     find(query, spec, room, out);
   }
+  void nearest_two(const S* query, S max_distance, std::array<neighbor<S>, 2>& out) const {
+    if (nodes.searchable() == 0 || !is_searchable(query, nodes.dimension, nodes.largest)) return;
+    two_nearest_result<S> result{metric_.sum(max_distance)};
+    kd_tree_search<S, D, M, two_nearest_result<S>>{nodes, metric_, query, result}.run();
+    auto* next = out.data();
+    result.write([&](std::int32_t i, S sum) { *next++ = {i, metric_.distance(sum)}; });
+  }
   [[nodiscard]] neighborhoods<S> find_all(points_view<S, D> queries, const neighborhood_spec& spec,
                                           const execution& how) const;
 
@@ -172,6 +179,21 @@ class kd_tree {
       const Eigen::Ref<const point_vector<S, D>>& query) const {
     const auto found = find(query, knn{1});
     return found.empty() ? std::nullopt : std::optional{found.front()};
+  }
+
+  /// The nearest point and the next one, of those at most `max_distance` away; the index of one
+  /// that is not there is −1. For loops that ask again and again: nothing is allocated in 2 and 3
+  /// dimensions. Throws `invalid_input` if the dimensions differ, or for a negative distance.
+  [[nodiscard]] std::array<neighbor<S>, 2> nearest_two(
+      const Eigen::Ref<const point_vector<S, D>>& query,
+      S max_distance = std::numeric_limits<S>::infinity()) const {
+    expects(size() == 0 || query.size() == dimension(),
+            "nearest_two: query and points must have the same dimension");
+    expects(max_distance >= 0, "nearest_two: the distance must not be negative");
+    constexpr neighbor<S> none{-1, std::numeric_limits<S>::infinity()};
+    std::array<neighbor<S>, 2> found{none, none};
+    engine_->nearest_two(query.data(), max_distance, found);
+    return found;
   }
 
   /// The neighbourhoods of all `queries`, in parallel and in their order.

@@ -91,6 +91,31 @@ class heap_result {
   S worst_;
 };
 
+/// The best two so far, without a branch that depends on the points.
+template <Scalar S>
+class two_nearest_result {
+ public:
+  explicit two_nearest_result(S limit) : first_{limit, nobody}, second_{limit, nobody} {}
+
+  [[nodiscard]] S worst() const { return second_.sum(); }
+  void add(S sum, std::int32_t index) {
+    const candidate<S> next{sum, index};
+    second_ = std::min(second_, std::max(first_, next));
+    first_ = std::min(first_, next);
+  }
+  /// Hands those that were found to `write(index, sum)`.
+  template <class F>
+  void write(F&& write) const {
+    for (const auto& c : {first_, second_})
+      if (c.index() != nobody) write(c.index(), c.sum());
+  }
+
+ private:
+  /// After every index that a point can have, so that a point at the very limit comes before.
+  static constexpr std::int32_t nobody = std::numeric_limits<std::int32_t>::max();
+  candidate<S> first_, second_;
+};
+
 /// Beyond this many neighbours, moving a sorted array costs more than a heap.
 inline constexpr std::size_t most_sorted = 64;
 

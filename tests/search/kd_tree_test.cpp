@@ -302,3 +302,30 @@ TEST_CASE_TEMPLATE("leaves of any size give the same neighbors", T, test::f2, te
       REQUIRE(other.find(points.col(i), knn{9}) == tree.find(points.col(i), knn{9}));
   }
 }
+
+TEST_CASE_TEMPLATE("the nearest two are those of a search for two", T, test::f2, test::f3, test::f5,
+                   test::fx, test::d2, test::d3, test::dx) {
+  using S = typename T::scalar;
+  auto points = test::random_points<T>(300);
+  points.rightCols(100) = points.leftCols(100);  // Ties.
+  points(0, 5) = test::nan<S>;
+  const kd_tree tree{points};
+  auto queries = test::random_points<T>(100, 1);
+  queries.col(3) = points.col(7);
+  for (const auto& q : queries.colwise()) {
+    const point_vector<S, T::static_dimension> query = q;
+    for (const double limit : {test::infinity<double>, 0.3, 0.0}) {
+      const auto expected = tree.find(query, knn_in_radius{2, limit});
+      const auto found = tree.nearest_two(query, S(limit));
+      for (std::size_t i = 0; i < 2; ++i)
+        CHECK(found[i] == (i < expected.size() ? expected[i] : neighbor<S>{-1, test::infinity<S>}));
+    }
+  }
+  point_vector<S, T::static_dimension> query = queries.col(0);
+  query[0] = test::nan<S>;
+  CHECK(tree.nearest_two(query)[0].index == -1);
+  query[0] = 0;
+  CHECK_THROWS_AS((void)tree.nearest_two(query, S(-1)), invalid_input);
+  const decltype(points) none(T::dimension, 0);
+  CHECK(kd_tree{none}.nearest_two(query)[0].index == -1);
+}

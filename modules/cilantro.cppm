@@ -8,3 +8,4 @@ export import cilantro.core;
 export import cilantro.search;
 export import cilantro.geometry;
 export import cilantro.cloud;
+export import cilantro.registration;

@@ -73,10 +73,13 @@ using std::uint64_t;
 using std::uint8_t;
 
 using std::conditional_t;
+using std::index_sequence;
+using std::index_sequence_for;
 using std::invoke_result_t;
 using std::is_lvalue_reference_v;
 using std::remove_cvref_t;
 using std::remove_reference_t;
+using std::type_identity_t;
 
 using std::convertible_to;
 using std::copy_constructible;
@@ -112,6 +115,7 @@ using std::in_range;
 using std::invoke;
 using std::isfinite;
 using std::lexicographical_compare;
+using std::make_index_sequence;
 using std::make_shared;
 using std::make_unique;
 using std::max;
@@ -123,6 +127,7 @@ using std::sin;
 using std::sqrt;
 using std::ssize;
 using std::to_string;
+using std::visit;
 
 using std::operator==;
 using std::operator<=>;

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <span>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.registration;
+
+namespace cilantro {
+
+template <Scalar S, int D>
+prepared_surface<S, D> prepare(const align_input<S, D>& input, double voxel, bool needs_normals,
+                               const neighborhood_spec& spec, const execution& how) {
+  prepared_surface<S, D> prepared{input.surface, {}, {}};
+  const auto& [points, normals] = input.surface;
+  if (voxel > 0 && !points.empty()) {
+    const voxel_grid<S, D> grid{
+        points, voxel, {.origin = input.anchor, .threads = how.threads, .monitor = how.monitor}};
+    prepared.points = group_means(points, grid.groups(), {.threads = how.threads});
+    if (needs_normals && input.surface.has_normals())
+      prepared.normals = group_directions(normals, grid.groups(), {.threads = how.threads});
+    prepared.given = {};
+  }
+  if (needs_normals && !prepared.view().has_normals() && !prepared.view().points.empty())
+    prepared.normals = estimate_normals(prepared.view().points, spec,
+                                        {.threads = how.threads, .monitor = how.monitor})
+                           .normals;
+  return prepared;
+}
+
+template <Scalar S, int D, class T>
+icp_result<T> align_scales(
+    const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
+    const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
+    const std::function<erased_estimator<T>(const surface_view<S, D>& target,
+                                            const surface_view<S, D>& source)>& make_estimator) {
+  const std::vector<align_scale> scales =
+      options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
+  for (const auto& scale : scales)
+    expects(scale.voxel >= 0 && std::isfinite(scale.voxel),
+            "align: the voxels of a scale must be finite and not negative");
+  icp_result<T> result;
+  result.transform = initial;
+  int iterations = 0;
+  for (const auto& scale : scales) {
+    try {
+      // Only the loop tells how far it is.
+      const task_monitor stop_only{{}, options.monitor.stop};
+      const execution how{options.threads, stop_only};
+      const auto moving = prepare(source, scale.voxel, needs_source_normals, options.normals, how);
+      const auto onto = prepare(target, scale.voxel, needs_target_normals, options.normals, how);
+      const nearest_neighbor_searcher<S, D> searcher{onto.view(),
+                                                     moving.view(),
+                                                     {.max_distance = scale.max_distance,
+                                                      .reciprocal = options.reciprocal,
+                                                      .one_to_one = options.one_to_one,
+                                                      .fraction = options.fraction,
+                                                      .threads = options.threads},
+                                                     stop_only};
+      result = icp(searcher, make_estimator(onto.view(), moving.view()), result.transform,
+                   {.max_iterations = options.max_iterations,
+                    .tolerance = options.tolerance,
+                    .observer = options.observer,
+                    .monitor = options.monitor});
+    } catch (const cancelled&) {
+      result.status = icp_status::cancelled;
+    }
+    iterations += result.iterations;
+    result.iterations = iterations;
+    if (result.status == icp_status::too_few_pairs || result.status == icp_status::cancelled) break;
+  }
+  return result;
+}
+
+namespace {
+
+using kernel = std::function<double(double)>;
+
+template <class Term>
+weighted_term<Term, unit_weight, kernel> with_kernel(const Term& term, const kernel& robust) {
+  return {term, 1, {}, robust};
+}
+template <class Term>
+weighted_term<Term, unit_weight, kernel> with_kernel(const weighted_term<Term>& term,
+                                                     const kernel& robust) {
+  return {term.term, term.weight, {}, robust};
+}
+template <class A, class B>
+auto with_kernel(const combined_metric<A, B>& sum, const kernel& robust) {
+  return combined_metric{with_kernel(sum.template term<0>(), robust),
+                         with_kernel(sum.template term<1>(), robust)};
+}
+
+}  // namespace
+
+template <Parameterization Model, Scalar S, int D>
+auto align_closed(const align_input<S, D>& source, const align_input<S, D>& target,
+                  const typename Model::template transform<S, D>& initial,
+                  const align_options<typename Model::template transform<S, D>>& o)
+    -> icp_result<typename Model::template transform<S, D>> {
+  return std::visit(
+      [&](const auto& metric) {
+        if (!o.robust) return align_with<Model>(source, target, metric, initial, o);
+        return align_with<Model>(source, target, with_kernel(metric, o.robust), initial, o);
+      },
+      o.metric);
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                               \
+  template prepared_surface<S, D> prepare(const align_input<S, D>&, double, bool,                \
+                                          const neighborhood_spec&, const execution&);           \
+  template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(          \
+      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,          \
+      const align_options<rigid_transform<S, D>>&, bool, bool,                                   \
+      const std::function<erased_estimator<rigid_transform<S, D>>(const surface_view<S, D>&,     \
+                                                                  const surface_view<S, D>&)>&); \
+  template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>(        \
+      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,         \
+      const align_options<affine_transform<S, D>>&, bool, bool,                                  \
+      const std::function<erased_estimator<affine_transform<S, D>>(const surface_view<S, D>&,    \
+                                                                   const surface_view<S, D>&)>&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+#define CILANTRO_INSTANTIATE(S, D)                                                       \
+  template icp_result<rigid_transform<S, D>> align_closed<rigid_motion, S, D>(           \
+      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,  \
+      const align_options<rigid_transform<S, D>>&);                                      \
+  template icp_result<affine_transform<S, D>> align_closed<affine_motion, S, D>(         \
+      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&, \
+      const align_options<affine_transform<S, D>>&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
+export module cilantro.registration:align;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import cilantro.geometry;
+import cilantro.cloud;
+import :concepts;
+import :correspondence;
+import :icp;
+import :least_squares;
+import :motion;
+import :nearest_neighbor;
+import :normal_equations;
+import :point_to_point;
+import :residual;
+import :surface;
+
+namespace cilantro {
+
+/// One pass of a registration from coarse to fine.
+export struct align_scale {
+  double voxel;         ///< Both sets are reduced to one point a cell of this edge; 0: as they are.
+  double max_distance;  ///< Between the points of a pair.
+};
+
+/// The metrics that `align` takes by option. Any other is handed to it as an argument of its own.
+export using metric_choice =
+    std::variant<point_to_plane, point_to_point, symmetric, generalized_icp,
+                 combined_metric<weighted_term<point_to_point>, weighted_term<point_to_plane>>>;
+
+/// How `align` registers. T is the type of the transform.
+export template <class T>
+struct align_options {
+  metric_choice metric = point_to_plane{};
+  std::optional<T> initial = {};  ///< Where to start from; by default, where the points are.
+  /// Points farther apart are no pair. Without a limit, parts that only one set shows mislead.
+  double max_distance = std::numeric_limits<double>::infinity();
+  int max_iterations = 30;  ///< In each scale.
+  double tolerance = 1e-5;  ///< In radians, and in the units of the points; see `icp_options`.
+  /// From coarse to fine, each starting from the result of the one before, in place of
+  /// `max_distance`.
+  std::vector<align_scale> scales = {};
+  neighborhood_spec normals = knn{10};        ///< For normals that the metric needs and nobody has.
+  std::function<double(double)> robust = {};  ///< A kernel of the residual, such as `huber{0.01}`.
+  bool reciprocal = false;                    ///< These three as in `correspondence_options`.
+  sides one_to_one = sides::none;
+  double fraction = 1;
+  truncated_solver solver = {};  ///< From when on a direction counts as determined.
+  std::function<void(const icp_iteration<T>&)> observer = {};
+  int threads = 0;
+  /// A stop ends with the status `cancelled`, not with an exception.
+  task_monitor monitor = {};
+};
+
+/// Points, with normals where they are known, that own their storage if they have been reduced.
+template <Scalar S, int D>
+struct prepared_surface {
+  surface_view<S, D> given;
+  point_matrix<S, D> points, normals;
+
+  [[nodiscard]] surface_view<S, D> view() const {
+    return surface_view<S, D>{points.cols() > 0 ? as_points(points) : given.points,
+                              normals.cols() > 0 ? as_points(normals) : given.normals};
+  }
+};
+
+/// What is registered: a surface, where its voxels are anchored, and where its coordinates begin
+/// as seen from the target's.
+template <Scalar S, int D>
+struct align_input {
+  surface_view<S, D> surface;
+  std::optional<coordinates> anchor = {};
+};
+
+/// Reduces a surface to voxels, and estimates normals if it needs and has none.
+template <Scalar S, int D>
+[[nodiscard]] prepared_surface<S, D> prepare(const align_input<S, D>& input, double voxel,
+                                             bool needs_normals, const neighborhood_spec& spec,
+                                             const execution& how);
+
+/// An estimator behind a function, so that the loop is compiled once for all metrics.
+template <class T>
+struct erased_estimator {
+  using transform_type = T;
+  using scalar = typename T::Scalar;
+
+  std::function<registration_step<T>(const T&, std::span<const correspondence<scalar>>)> function;
+
+  [[nodiscard]] registration_step<T> estimate(const T& current,
+                                              std::span<const correspondence<scalar>> pairs) const {
+    return function(current, pairs);
+  }
+};
+
+/// All scales, one after the other. `make_estimator(target, source)` makes one for each.
+template <Scalar S, int D, class T>
+[[nodiscard]] icp_result<T> align_scales(
+    const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
+    const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
+    const std::function<erased_estimator<T>(const surface_view<S, D>& target,
+                                            const surface_view<S, D>& source)>& make_estimator);
+
+/// The estimator that `align` uses for a metric.
+template <Parameterization Model, Scalar S, int D, class Metric>
+[[nodiscard]] auto make_estimator(const surface_view<S, D>& target,
+                                  const surface_view<S, D>& source, const Metric& metric,
+                                  const truncated_solver& solver, const execution& how) {
+  using T = typename Model::template transform<S, D>;
+  const auto erase = [](auto estimator) {
+    return erased_estimator<T>{[estimator = std::move(estimator)](
+                                   const T& current, std::span<const correspondence<S>> pairs) {
+      return estimator.estimate(current, pairs);
+    }};
+  };
+  if constexpr (std::same_as<Metric, point_to_point> &&
+                (std::same_as<Model, rigid_motion> || std::same_as<Model, affine_motion>))
+    return erase(
+        point_to_point_estimator<S, D, Model>{target, source, Model{}, unit_weight{}, solver, how});
+  else
+    return erase(
+        least_squares_estimator<S, D, Metric, Model>{target, source, metric, Model{}, solver, how});
+}
+
+/// With any metric; see `align` below.
+template <Parameterization Model, Scalar S, int D, class Metric>
+[[nodiscard]] auto align_with(const align_input<S, D>& source, const align_input<S, D>& target,
+                              const Metric& metric,
+                              const typename Model::template transform<S, D>& initial,
+                              const align_options<typename Model::template transform<S, D>>& o) {
+  using T = typename Model::template transform<S, D>;
+  return align_scales<S, D, T>(
+      source, target, initial, o, needs_source_normals<Metric>, needs_target_normals<Metric>,
+      [&](const surface_view<S, D>& onto, const surface_view<S, D>& moving) {
+        return make_estimator<Model>(onto, moving, metric, o.solver, {.threads = o.threads});
+      });
+}
+
+/// With the metric and the kernel of the options; compiled in the library.
+template <Parameterization Model, Scalar S, int D>
+[[nodiscard]] auto align_closed(const align_input<S, D>& source, const align_input<S, D>& target,
+                                const typename Model::template transform<S, D>& initial,
+                                const align_options<typename Model::template transform<S, D>>& o)
+    -> icp_result<typename Model::template transform<S, D>>;
+
+/// A surface and where it lies, in the dimension that the library is compiled for.
+template <int C, SurfaceSource P>
+[[nodiscard]] auto align_input_of(const P& points) {
+  const auto surface = surface_in(points);
+  using S = typename surface_view_of<P>::scalar;
+  align_input<S, C> input{surface_view<S, C>{surface.points, surface.normals}};
+  if constexpr (PointCloud<P>) {
+    if (points.has_origin()) input.anchor = coordinates{-points.full_origin()};
+  }
+  return input;
+}
+
+/// What is added to source coordinates to have them relative to the target's origin.
+template <SurfaceSource A, SurfaceSource B>
+[[nodiscard]] Eigen::VectorXd shift_between(const A& source, const B& target) {
+  const auto origin = []<class P>(const P& points) -> Eigen::VectorXd {
+    if constexpr (PointCloud<P>)
+      return points.full_origin();
+    else
+      return Eigen::VectorXd::Zero(surface_in(points).points.dimension());
+  };
+  const Eigen::VectorXd from = origin(source), to = origin(target);
+  if (from.size() != to.size()) return Eigen::VectorXd::Zero(std::max(from.size(), to.size()));
+  return from - to;
+}
+
+/// Between the types of the caller and those that the library is compiled for.
+template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
+[[nodiscard]] auto align_any(
+    const A& source, const B& target,
+    const align_options<typename Model::template transform<
+        typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& o,
+    F&& align_in_closed_dimension) {
+  using S = typename surface_view_of<A>::scalar;
+  constexpr int D = surface_view_of<A>::static_dimension, C = closed_dimension<D>;
+  using T = typename Model::template transform<S, D>;
+  using closed_type = typename Model::template transform<S, C>;
+  const auto moving = align_input_of<C>(source);
+  const auto onto = align_input_of<C>(target);
+  const index_t dimension =
+      std::max<index_t>(moving.surface.points.dimension(), onto.surface.points.dimension());
+  expects(moving.surface.points.empty() || onto.surface.points.empty() ||
+              moving.surface.points.dimension() == onto.surface.points.dimension(),
+          "align: source and target must have the same dimension");
+  const Eigen::VectorXd shift = shift_between(source, target);
+  const auto shifted = [&]<class X>(const X& t, double sign) {
+    return make_transform<X>(t.linear(),
+                             (t.translation() + t.linear() * (sign * shift).cast<S>()).eval());
+  };
+  const T start = o.initial.value_or(identity_transform<T>(dimension));
+  expects(index_t(start.translation().size()) == dimension,
+          "align: initial transform and points must have the same dimension");
+
+  align_options<closed_type> closed{o.metric,     {},           o.max_distance, o.max_iterations,
+                                    o.tolerance,  o.scales,     o.normals,      o.robust,
+                                    o.reciprocal, o.one_to_one, o.fraction,     o.solver,
+                                    {},           o.threads,    o.monitor};
+  if (o.observer)
+    closed.observer = [&](const icp_iteration<closed_type>& now) {
+      const T reached =
+          shifted(make_transform<T>(now.transform.linear(), now.transform.translation()), -1);
+      o.observer({now.number, reached, now.change, now.fit});
+    };
+  auto found = align_in_closed_dimension(
+      moving, onto,
+      make_transform<closed_type>(shifted(start, 1).linear(), shifted(start, 1).translation()),
+      closed);
+  icp_result<T> result;
+  static_cast<alignment_fit&>(result) = std::move(static_cast<alignment_fit&>(found));
+  result.transform =
+      shifted(make_transform<T>(found.transform.linear(), found.transform.translation()), -1);
+  result.status = found.status;
+  result.iterations = found.iterations;
+  result.last_change = found.last_change;
+  return result;
+}
+
+/// Moves a source onto a target: a cloud, points of any kind, or points with normals, as a
+/// `surface_view`. Computes normals that the metric needs and nobody has, builds the trees, and
+/// runs `icp`; a few lines of the public parts do the same, to the bit.
+///
+/// `align<affine_motion>(…)` finds an affine transform, and `align<my_motion>(…)` one of yours. Of
+/// clouds with different origins, coordinates are taken relative to the target's. Figures are of
+/// the last scale, `iterations` counts all. Points that are not finite take no part. Throws
+/// `invalid_input` for options that make no sense, and points of different dimension. Bad data is
+/// no exception: its status says what is wrong.
+export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B>
+  requires std::same_as<surface_view_of<A>, surface_view_of<B>>
+[[nodiscard]] auto align(
+    const A& source, const B& target,
+    const align_options<typename Model::template transform<
+        typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& options = {}) {
+  return align_any<Model>(
+      source, target, options,
+      [](const auto& moving, const auto& onto, const auto& initial, const auto& o) {
+        return align_closed<Model>(moving, onto, initial, o);
+      });
+}
+/// With a metric of yours, or any composition; the metric of the options has no meaning here.
+export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B,
+                 class Metric>
+  requires std::same_as<surface_view_of<A>, surface_view_of<B>> &&
+           RegistrationMetric<Metric, closed_dimension<surface_view_of<A>::static_dimension>>
+[[nodiscard]] auto align(
+    const A& source, const B& target, const Metric& metric,
+    const align_options<typename Model::template transform<
+        typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& options = {}) {
+  return align_any<Model>(
+      source, target, options,
+      [&](const auto& moving, const auto& onto, const auto& initial, const auto& o) {
+        return align_with<Model>(moving, onto, metric, initial, o);
+      });
+}
+
+/// The figures of `align` for any transform: how well the source lies on the target under it.
+export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B>
+  requires std::same_as<surface_view_of<A>, surface_view_of<B>>
+[[nodiscard]] alignment_fit evaluate(
+    const A& source, const B& target,
+    const typename Model::template transform<typename surface_view_of<A>::scalar,
+                                             surface_view_of<A>::static_dimension>& transform,
+    align_options<typename Model::template transform<typename surface_view_of<A>::scalar,
+                                                     surface_view_of<A>::static_dimension>>
+        options = {}) {
+  options.initial = transform;
+  options.max_iterations = 0;
+  if (options.scales.size() > 1)
+    options.scales.erase(options.scales.begin(), options.scales.end() - 1);
+  return align<Model>(source, target, options);
+}
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                        \
+  extern template prepared_surface<S, D> prepare(const align_input<S, D>&, double, bool,         \
+                                                 const neighborhood_spec&, const execution&);    \
+  extern template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
+      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,          \
+      const align_options<rigid_transform<S, D>>&, bool, bool,                                   \
+      const std::function<erased_estimator<rigid_transform<S, D>>(const surface_view<S, D>&,     \
+                                                                  const surface_view<S, D>&)>&); \
+  extern template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
+      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,         \
+      const align_options<affine_transform<S, D>>&, bool, bool,                                  \
+      const std::function<erased_estimator<affine_transform<S, D>>(const surface_view<S, D>&,    \
+                                                                   const surface_view<S, D>&)>&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                \
+  extern template icp_result<rigid_transform<S, D>> align_closed<rigid_motion, S, D>(    \
+      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,  \
+      const align_options<rigid_transform<S, D>>&);                                      \
+  extern template icp_result<affine_transform<S, D>> align_closed<affine_motion, S, D>(  \
+      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&, \
+      const align_options<affine_transform<S, D>>&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
+
+}  // namespace cilantro

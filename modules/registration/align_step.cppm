@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:align_step;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.cloud;
+import :align;
+import :icp;
+import :motion;
+
+namespace cilantro {
+
+/// A pipeline cannot go on: a cloud could not be aligned.
+export class alignment_failed : public std::runtime_error {
+ public:
+  explicit alignment_failed(icp_status why)
+      : std::runtime_error{"align_to: no transform was found (" + std::string{to_string(why)} +
+                           ")"},
+        status_{why} {}
+  [[nodiscard]] icp_status status() const { return status_; }
+
+ private:
+  icp_status status_;
+};
+
+/// The cloud moved onto `target`, and the target's origin. What has been found is written to
+/// `found` if that is given; the caller then decides what it is worth. Otherwise, throws
+/// `alignment_failed` if there were too few pairs or they do not determine the transform, and
+/// `cancelled`.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> align_to(
+    point_cloud<S, D> cloud, const point_cloud<S, D>& target,
+    const std::type_identity_t<align_options<rigid_transform<S, D>>>& options = {},
+    std::type_identity_t<icp_result<rigid_transform<S, D>>>* found = nullptr) {
+  auto result = align(cloud, target, options);
+  if (!found) {
+    if (result.status == icp_status::cancelled) throw cancelled{};
+    if (result.status == icp_status::too_few_pairs || result.status == icp_status::degenerate)
+      throw alignment_failed{result.status};
+  }
+  const Eigen::VectorXd shift = shift_between(cloud, target);
+  cloud.origin.setZero();
+  cloud = transform(
+      std::move(cloud),
+      make_transform<rigid_transform<S, D>>(
+          result.transform.linear(),
+          (result.transform.translation() + result.transform.linear() * shift.cast<S>()).eval()));
+  cloud.origin = target.origin;
+  if (found) *found = std::move(result);
+  return cloud;
+}
+
+/// As a step. Keeps a copy of the target, so that the step may be stored and used on many frames.
+export template <Scalar S, int D>
+[[nodiscard]] auto align_to(
+    point_cloud<S, D> target,
+    std::type_identity_t<align_options<rigid_transform<S, D>>> options = {},
+    std::type_identity_t<icp_result<rigid_transform<S, D>>>* found = nullptr) {
+  return step{
+      [target = std::move(target), options = std::move(options), found](point_cloud<S, D> cloud) {
+        return align_to(std::move(cloud), target, options, found);
+      }};
+}
+
+}  // namespace cilantro

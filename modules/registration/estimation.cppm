@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+//
+// What the estimators share: who takes part, and what becomes of the sums over their pairs.
+// Internal.
+export module cilantro.registration:estimation;
+
+import cilantro.standard;
+import cilantro.core;
+import :concepts;
+import :correspondence;
+import :motion;
+import :normal_equations;
+import :surface;
+
+namespace cilantro {
+
+/// The two surfaces of a registration, and what is counted of them once.
+template <Scalar S, int D>
+struct registered_surfaces {
+  surface_view<S, D> target, source;
+  index_t dimension = 0;
+  index_t finite_sources = 0, non_finite = 0;
+  point_vector<double, D> center;  ///< Of the target: around it sums lose nothing to rounding.
+
+  registered_surfaces(const surface_view<S, D>& onto, const surface_view<S, D>& moving)
+      : target{onto}, source{moving} {
+    expects(target.points.empty() || source.points.empty() ||
+                target.points.dimension() == source.points.dimension(),
+            "registration: target and source must have the same dimension");
+    dimension = target.points.empty() ? source.points.dimension() : target.points.dimension();
+    center = point_vector<double, D>::Zero(dimension);
+    index_t finite_targets = 0;
+    for (const auto& p : target.points)
+      if (is_finite(p)) {
+        center += p.template cast<double>();
+        ++finite_targets;
+      }
+    if (finite_targets > 0) center /= double(finite_targets);
+    finite_sources = source.points.size() - count_non_finite(source.points);
+    non_finite = source.points.size() - finite_sources + target.points.size() - finite_targets;
+  }
+};
+
+/// A map of points in its parts, in double.
+template <int D>
+struct double_map {
+  Eigen::Matrix<double, D, D> linear;
+  point_vector<double, D> translation;
+
+  template <AffineMap T>
+  explicit double_map(const T& t)
+      : linear{t.linear().template cast<double>()},
+        translation{t.translation().template cast<double>()} {}
+  [[nodiscard]] point_vector<double, D> operator()(const auto& p) const {
+    return linear * p.template cast<double>() + translation;
+  }
+};
+
+/// How many source points the pairs have, given that they are in order of source; and the numbers
+/// that come with every estimate.
+template <Scalar S>
+[[nodiscard]] index_t count_sources(std::span<const correspondence<S>> pairs) {
+  index_t count = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    count += i == 0 || pairs[i].source != pairs[i - 1].source;
+  return count;
+}
+template <Scalar S, std::size_t N>
+[[nodiscard]] index_t count_sources(const std::array<correspondences<S>, N>& searches,
+                                    index_t sources) {
+  std::vector<bool> is_paired(static_cast<std::size_t>(sources));
+  for (const auto& pairs : searches)
+    for (const auto& pair : pairs) is_paired[static_cast<std::size_t>(pair.source)] = true;
+  index_t count = 0;
+  for (const bool b : is_paired) count += b;
+  return count;
+}
+
+/// The weighted sums of what the estimators look at, around the centre of the target.
+template <int D>
+struct place_sums {
+  index_t pairs = 0;
+  double weight = 0;
+  double squared_residual = 0, squared_distance = 0;
+  point_vector<double, D> place;       ///< Of the moved source points.
+  Eigen::Matrix<double, D, D> spread;  ///< Of their squares.
+
+  explicit place_sums(index_t dimension)
+      : place{point_vector<double, D>::Zero(dimension)},
+        spread{Eigen::Matrix<double, D, D>::Zero(dimension, dimension)} {}
+  place_sums& operator+=(const place_sums& other) {
+    pairs += other.pairs;
+    weight += other.weight;
+    squared_residual += other.squared_residual;
+    squared_distance += other.squared_distance;
+    place += other.place;
+    spread += other.spread;
+    return *this;
+  }
+  void add_place(double w, const point_vector<double, D>& p) {
+    weight += w;
+    place += w * p;
+    spread += w * p * p.transpose();
+  }
+};
+
+/// A solution around the centre of the target, and its fit in the target's own coordinates.
+/// `information` is that around the centre, not divided by the weights.
+template <Parameterization Model, int D>
+[[nodiscard]] alignment_fit fit_of(const Model& model, const place_sums<D>& sums,
+                                   const point_vector<double, D>& center,
+                                   const Eigen::MatrixXd& information,
+                                   const normal_solution& solution, index_t paired_sources,
+                                   index_t finite_sources, index_t non_finite) {
+  const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0.0; };
+  alignment_fit fit{.pairs = sums.pairs,
+                    .overlap = share(double(paired_sources), double(finite_sources)),
+                    .rmse = std::sqrt(share(sums.squared_distance, double(sums.pairs))),
+                    .residual = std::sqrt(share(sums.squared_residual, sums.weight)),
+                    .non_finite = non_finite,
+                    .information = {},
+                    .directions = {},
+                    .eigenvalues = solution.eigenvalues,
+                    .undetermined = solution.undetermined};
+  const Eigen::MatrixXd to_center = recentering(model, Eigen::VectorXd{center});
+  fit.information = to_center.transpose() * information * to_center;
+  fit.directions = recentering(model, Eigen::VectorXd{-center}) * solution.directions;
+  return fit;
+}
+
+/// The transform after a motion around `center`, and how far that is.
+template <class T, Parameterization Model, int D>
+[[nodiscard]] registration_step<T> step_to(const Model& model, const motion_step& move,
+                                           const double_map<D>& current,
+                                           const Eigen::VectorXd& center,
+                                           const Eigen::VectorXd& mean_place) {
+  Eigen::MatrixXd linear = move.linear * current.linear;
+  if constexpr (requires { model.normalize(linear); }) linear = model.normalize(linear);
+  const Eigen::VectorXd translation =
+      center + move.linear * (current.translation - center) + move.translation;
+  return {make_transform<T>(linear, translation),
+          {rotation_angle(move.linear),
+           (move.linear * mean_place + move.translation - mean_place).norm()},
+          {}};
+}
+
+}  // namespace cilantro

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <ostream>
+#include <string_view>
+module cilantro.registration;
+
+namespace cilantro {
+
+std::string_view to_string(icp_status status) {
+  switch (status) {
+    case icp_status::converged:
+      return "converged";
+    case icp_status::iteration_limit:
+      return "iteration_limit";
+    case icp_status::too_few_pairs:
+      return "too_few_pairs";
+    case icp_status::degenerate:
+      return "degenerate";
+    case icp_status::cancelled:
+      return "cancelled";
+  }
+  return "?";
+}
+
+std::ostream& operator<<(std::ostream& out, icp_status status) {
+  return out << to_string(status);
+}
+
+}  // namespace cilantro

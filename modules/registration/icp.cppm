@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:icp;
+
+import cilantro.standard;
+import cilantro.core;
+import :concepts;
+
+namespace cilantro {
+
+/// Why a registration ended.
+export enum class icp_status {
+  converged,        ///< The tolerance was met, and the pairs determine the transform.
+  iteration_limit,  ///< It was still moving.
+  too_few_pairs,    ///< Nothing to go by, such as no overlap.
+  degenerate,       ///< The tolerance was met, but along some directions the pairs say nothing.
+  cancelled,        ///< A stop was requested.
+};
+export [[nodiscard]] std::string_view to_string(icp_status status);
+export std::ostream& operator<<(std::ostream& out, icp_status status);
+
+/// One iteration, as an observer sees it.
+export template <class T>
+struct icp_iteration {
+  int number;                ///< From 1.
+  const T& transform;        ///< After it.
+  transform_change change;   ///< By it.
+  const alignment_fit& fit;  ///< Of the pairs that it was made from.
+};
+
+/// When `icp` stops. The first reason that holds counts.
+export template <class T>
+struct icp_options {
+  int max_iterations = 30;  ///< 0 only looks at the initial transform.
+  /// A change of at most this, in radians and in the units of the points, is no change any more.
+  double tolerance = 1e-5;
+  std::optional<double> rotation_tolerance = {};     ///< In radians, in place of `tolerance`.
+  std::optional<double> translation_tolerance = {};  ///< In units, in place of `tolerance`.
+  /// Also stop once the residual changes by less than this share from one iteration to the next.
+  double residual_tolerance = 0;
+  index_t min_pairs = 1;  ///< With fewer there is no answer.
+  std::function<void(const icp_iteration<T>&)> observer = {};
+  task_monitor monitor = {};
+};
+
+/// Where a registration has come to. Figures and pairs are those of the returned transform.
+export template <class T>
+struct icp_result : alignment_fit {
+  T transform;  ///< From the source to the target.
+  icp_status status = icp_status::iteration_limit;
+  int iterations = 0;            ///< How often the transform was improved.
+  transform_change last_change;  ///< By the last iteration.
+
+  [[nodiscard]] bool converged() const { return status == icp_status::converged; }
+};
+
+/// Iterative closest point: look for pairs, improve the transform, and again (Besl & McKay 1992).
+///
+/// Works for every transform that searcher and estimator agree on, rigid_motion, affine_motion, or
+/// a field of them. Returns where it has come to and why it stopped there; never claims to have
+/// converged without pairs, or while a direction is not determined, which then stays as it is in
+/// `initial`. Throws `invalid_input` for options that are negative or NaN, and what searcher and
+/// estimator throw, but not `cancelled`. One search more than iterations, since figures are of the
+/// result.
+export template <class Searcher, class E>
+  requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
+           TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>>
+[[nodiscard]] auto icp(const Searcher& searcher, const E& estimator,
+                       typename E::transform_type initial,
+                       const icp_options<typename E::transform_type>& options = {})
+    -> icp_result<typename E::transform_type> {
+  const double most_rotation = options.rotation_tolerance.value_or(options.tolerance);
+  const double most_translation = options.translation_tolerance.value_or(options.tolerance);
+  expects(options.max_iterations >= 0 && options.min_pairs >= 0,
+          "icp: max_iterations and min_pairs must not be negative");
+  expects(most_rotation >= 0 && most_translation >= 0 && options.residual_tolerance >= 0,
+          "icp: tolerances must not be negative");
+
+  icp_result<typename E::transform_type> result;
+  result.transform = std::move(initial);
+  pairs_of<Searcher, typename E::transform_type> pairs;
+  repeated_memory<Searcher> memory{};
+  bool settled = false;
+  try {
+    while (true) {
+      if (options.monitor.stop.stop_requested()) throw cancelled{};
+      find_with_memory(searcher, result.transform, memory, pairs);
+      auto step = estimator.estimate(result.transform, pairs);
+      const double before = result.residual;
+      static_cast<alignment_fit&>(result) = std::move(step.fit);
+      if (result.pairs < std::max<index_t>(options.min_pairs, 1)) {
+        result.status = icp_status::too_few_pairs;
+        return result;
+      }
+      if (result.iterations > 0 && options.residual_tolerance > 0)
+        settled =
+            settled || std::abs(before - result.residual) <= options.residual_tolerance * before;
+      if (settled) {
+        result.status = result.undetermined == 0 ? icp_status::converged : icp_status::degenerate;
+        return result;
+      }
+      if (result.iterations == options.max_iterations) return result;
+
+      result.transform = std::move(step.transform);
+      result.last_change = step.change;
+      ++result.iterations;
+      settled =
+          step.change.rotation <= most_rotation && step.change.translation <= most_translation;
+      if (options.observer)
+        options.observer({result.iterations, result.transform, result.last_change, result});
+      if (options.monitor.progress)
+        options.monitor.progress(double(result.iterations) / double(options.max_iterations));
+    }
+  } catch (const cancelled&) {
+    result.status = icp_status::cancelled;
+    return result;
+  }
+}
+/// As above from where the points are.
+export template <class Searcher, class E>
+  requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
+           TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>> &&
+           requires(const E& estimator) {
+             { estimator.identity() } -> std::same_as<typename E::transform_type>;
+           }
+[[nodiscard]] auto icp(const Searcher& searcher, const E& estimator) {
+  return icp(searcher, estimator, estimator.identity());
+}
+
+}  // namespace cilantro

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
+export module cilantro.registration:least_squares;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :concepts;
+import :correspondence;
+import :estimation;
+import :motion;
+import :normal_equations;
+import :residual;
+import :surface;
+
+namespace cilantro {
+
+/// The normal equations of some pairs, as sums.
+template <int D, int U>
+struct equation_sums : place_sums<D> {
+  Eigen::Matrix<double, U, U> information;  ///< The lower triangle.
+  Eigen::Matrix<double, U, 1> gradient, row;
+
+  equation_sums(index_t dimension, index_t unknowns)
+      : place_sums<D>{dimension},
+        information{Eigen::Matrix<double, U, U>::Zero(unknowns, unknowns)},
+        gradient{Eigen::Matrix<double, U, 1>::Zero(unknowns)},
+        row{gradient} {}
+  equation_sums& operator+=(const equation_sums& other) {
+    place_sums<D>::operator+=(other);
+    information += other.information;
+    gradient += other.gradient;
+    return *this;
+  }
+  /// Adds a residual whose derivatives are in `row`.
+  void add_row(double w, double value) {
+    const index_t u = U == dynamic ? gradient.size() : U;
+    for (index_t a = 0; a < u; ++a) {
+      const double factor = w * row[a];
+      gradient[a] += factor * value;
+      for (index_t b = a; b < u; ++b) information(b, a) += factor * row[b];
+    }
+    this->squared_residual += w * value * value;
+  }
+};
+
+template <Parameterization Model, int D>
+inline constexpr int unknowns_of = D == dynamic ? dynamic : int(Model::unknowns(D));
+
+/// One term of one pair.
+template <int D, Parameterization Model, class Term, class Pairs, class Kernel>
+void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model, const Term& term,
+              double weight, const Pairs& pair_weight, const Kernel& robust,
+              const matched_pair<D>& pair, double distance, const point_vector<double, D>& center) {
+  using vector = point_vector<double, D>;
+  weight *=
+      double(evaluate_pair<double>(pair_weight, pair.target_index, pair.source_index, distance));
+  if constexpr (!std::same_as<Kernel, unit_weight>) {
+    double square = 0;
+    term(pair, [&](double value, const vector&, const auto&...) { square += value * value; });
+    weight *= double(
+        evaluate_pair<double>(robust, pair.target_index, pair.source_index, std::sqrt(square)));
+  }
+  if (!(weight > 0)) return;
+  bool says_something = false;
+  const auto add = [&](double value, const vector& gradient, const vector& at) {
+    if (!std::isfinite(value)) return;
+    model.pull_back(vector{at - center}, gradient, sums.row.data());
+    sums.add_row(weight, value);
+    says_something = true;
+  };
+  term(pair, [&](double value, const vector& gradient, const auto&... at) {
+    if constexpr (sizeof...(at) == 0)
+      add(value, gradient, pair.point);
+    else
+      add(value, gradient, at...);
+  });
+  if (says_something) sums.add_place(weight, pair.point - center);
+}
+
+/// The pair as the terms of a metric see it.
+template <bool SourceNormals, bool TargetNormals, Scalar S, int D>
+[[nodiscard]] matched_pair<D> pair_in(const registered_surfaces<S, D>& surfaces,
+                                      const double_map<D>& current, index_t t, index_t s) {
+  using vector = point_vector<double, D>;
+  matched_pair<D> pair{current(surfaces.source.points[s]),
+                       surfaces.target.points[t].template cast<double>(),
+                       vector::Zero(surfaces.dimension),
+                       vector::Zero(surfaces.dimension),
+                       t,
+                       s};
+  if constexpr (TargetNormals)
+    pair.target_normal = surfaces.target.normals[t].template cast<double>();
+  if constexpr (SourceNormals) {
+    pair.normal = current.linear * surfaces.source.normals[s].template cast<double>();
+    if (const double length = pair.normal.norm(); length > 0) pair.normal /= length;
+  }
+  return pair;
+}
+
+/// The sums over pairs, in parallel and with the same bits for any number of threads.
+template <Scalar S, int D, class Metric, Parameterization Model>
+[[nodiscard]] auto sum_equations(const registered_surfaces<S, D>& surfaces,
+                                 const double_map<D>& current,
+                                 std::span<const correspondence<S>> pairs, const Metric& metric,
+                                 const Model& model, const execution& how)
+    -> equation_sums<D, unknowns_of<Model, D>> {
+  const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
+  const equation_sums<D, unknowns_of<Model, D>> zero{dimension, Model::unknowns(dimension)};
+  return ordered_sum(std::ssize(pairs), how, zero, [&](auto& sums, index_t i) {
+    const auto& [t, s, distance] = pairs[static_cast<std::size_t>(i)];
+    const auto pair = pair_in<needs_source_normals<Metric>, needs_target_normals<Metric>>(
+        surfaces, current, t, s);
+    const double square = (pair.point - pair.target).squaredNorm();
+    if (!std::isfinite(square)) return;
+    ++sums.pairs;
+    sums.squared_distance += square;
+    const auto add = [&](const auto& part) {
+      with_weights(part, [&](const auto& term, double weight, const auto& by, const auto& robust) {
+        add_term<D>(sums, model, term, weight, by, robust, pair, double(distance), center);
+      });
+    };
+    if constexpr (is_combined<Metric>)
+      [&]<std::size_t... I>(std::index_sequence<I...>) {
+        (add(metric.template term<I>()), ...);
+      }(std::make_index_sequence<Metric::size>{});
+    else
+      add(metric);
+  });
+}
+
+/// Improves a transform by one step of Gauss–Newton: any metric of residual terms, under any model
+/// of motion, with any solver. Normal equations are summed in double.
+///
+/// Directions that the residuals do not see stay as they are. A source normal counts as fixed
+/// within a step, and moves with the linear part between steps. Views target and source.
+export template <Scalar S, int D, class Metric = point_to_plane,
+                 Parameterization Model = rigid_motion,
+                 NormalEquationSolver Solver = truncated_solver>
+  requires RegistrationMetric<Metric, closed_dimension<D>>
+class least_squares_estimator {
+ public:
+  using transform_type = typename Model::template transform<S, D>;
+
+  /// Throws `invalid_input` if the metric needs normals that a surface has not, or for surfaces of
+  /// different dimension.
+  template <BorrowedSurface T, BorrowedSurface P>
+  least_squares_estimator(T&& target, P&& source, Metric metric = {}, Model model = {},
+                          Solver solver = {}, execution how = {})
+      : surfaces_{closed(as_surface(std::forward<T>(target))),
+                  closed(as_surface(std::forward<P>(source)))},
+        metric_{std::move(metric)},
+        model_{std::move(model)},
+        solver_{std::move(solver)},
+        how_{std::move(how)} {
+    const auto& [t, s, dimension, finite_sources, non_finite, center] = surfaces_;
+    expects(!needs_target_normals<Metric> || t.has_normals() || t.points.empty(),
+            "least_squares_estimator: the metric needs normals of the target; estimate them first");
+    expects(!needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
+            "least_squares_estimator: the metric needs normals of the source; estimate them first");
+  }
+
+  [[nodiscard]] transform_type identity() const {
+    return identity_transform<transform_type>(surfaces_.dimension);
+  }
+
+  /// As `TransformEstimator` says. Throws `invalid_input` for a transform of another dimension.
+  /// O(pairs · unknowns²).
+  [[nodiscard]] registration_step<transform_type> estimate(
+      const transform_type& current, std::span<const correspondence<S>> pairs) const {
+    return solve(current, sum(current, pairs, metric_), count_sources<S>(pairs));
+  }
+  /// With pairs for each term of a combined metric.
+  template <std::size_t N>
+    requires(is_combined<Metric>)
+  [[nodiscard]] registration_step<transform_type> estimate(
+      const transform_type& current, const std::array<correspondences<S>, N>& pairs) const {
+    static_assert(N == Metric::size, "there must be one searcher for each term of the metric");
+    auto sums = sum(current, pairs[0], metric_.template term<0>());
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      ((sums += sum(current, pairs[I + 1], metric_.template term<I + 1>())), ...);
+    }(std::make_index_sequence<N - 1>{});
+    return solve(current, sums, count_sources<S>(pairs, surfaces_.source.points.size()));
+  }
+
+  /// The residual of each pair under a transform, unweighted, in the units of the points: with its
+  /// sign where it has one row, otherwise its length. Of a combined metric, that of all its terms.
+  [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
+                                          std::span<const correspondence<S>> pairs) const {
+    const double_map<C> current{transform};
+    Eigen::VectorXd values(std::ssize(pairs));
+    parallel_for(std::ssize(pairs), how_, [&](index_t i) {
+      const auto& [t, s, distance] = pairs[static_cast<std::size_t>(i)];
+      const auto pair = pair_in<needs_source_normals<Metric>, needs_target_normals<Metric>>(
+          surfaces_, current, t, s);
+      double square = 0, last = 0;
+      int rows = 0;
+      const auto look = [&](const auto& part) {
+        with_weights(part, [&](const auto& term, const auto&...) {
+          term(pair, [&](double value, const auto&...) {
+            square += value * value;
+            last = value;
+            ++rows;
+          });
+        });
+      };
+      if constexpr (is_combined<Metric>)
+        [&]<std::size_t... I>(std::index_sequence<I...>) {
+          (look(metric_.template term<I>()), ...);
+        }(std::make_index_sequence<Metric::size>{});
+      else
+        look(metric_);
+      values[i] = rows == 1 ? last : std::sqrt(square);
+    });
+    return values;
+  }
+
+ private:
+  static constexpr int C = closed_dimension<D>;
+  using sums_type = equation_sums<C, unknowns_of<Model, C>>;
+
+  static surface_view<S, C> closed(const surface_view<S, D>& surface) {
+    return surface_view<S, C>{surface.points, surface.normals};
+  }
+
+  template <class Part>
+  [[nodiscard]] sums_type sum(const transform_type& current,
+                              std::span<const correspondence<S>> pairs, const Part& part) const {
+    expects(index_t(current.translation().size()) == surfaces_.dimension,
+            "least_squares_estimator: transform and points must have the same dimension");
+    return sum_equations<S, C, Part, Model>(surfaces_, double_map<C>{current}, pairs, part, model_,
+                                            how_);
+  }
+
+  [[nodiscard]] registration_step<transform_type> solve(const transform_type& current,
+                                                        const sums_type& sums,
+                                                        index_t paired_sources) const {
+    const double total = sums.weight > 0 ? sums.weight : 1;
+    const Eigen::VectorXd mean = sums.place / total;
+    const Eigen::MatrixXd covariance = sums.spread / total - mean * mean.transpose();
+    Eigen::MatrixXd information = sums.information;
+    information.template triangularView<Eigen::Upper>() = information.transpose();
+    const normal_solution solution =
+        solver_(normal_equations{information / total, sums.gradient / total,
+                                 sums.weight > 0 ? mean_squared_motion(model_, mean, covariance)
+                                                 : Eigen::MatrixXd{0 * information}});
+    auto step = step_to<transform_type>(model_, model_.step(solution.step, surfaces_.dimension),
+                                        double_map<C>{current}, surfaces_.center, mean);
+    if (solution.step.isZero(0)) step.transform = current;
+    step.fit = fit_of(model_, sums, surfaces_.center, information, solution, paired_sources,
+                      surfaces_.finite_sources, surfaces_.non_finite);
+    return step;
+  }
+
+  registered_surfaces<S, C> surfaces_;
+  Metric metric_;
+  Model model_;
+  Solver solver_;
+  execution how_;
+};
+export template <SurfaceSource T, SurfaceSource P, class Metric = point_to_plane,
+                 class Model = rigid_motion, class Solver = truncated_solver>
+least_squares_estimator(T&&, P&&, Metric = {}, Model = {}, Solver = {}, execution = {})
+    -> least_squares_estimator<typename surface_view_of<T>::scalar,
+                               surface_view_of<T>::static_dimension, Metric, Model, Solver>;
+
+// The sums of the shipped metrics are compiled in the library.
+#define CILANTRO_COMPILED_ELSEWHERE(S, D, Metric, Model)                                          \
+  extern template auto sum_equations<S, D, Metric, Model>(                                        \
+      const registered_surfaces<S, D>&, const double_map<D>&, std::span<const correspondence<S>>, \
+      const Metric&, const Model&, const execution&) -> equation_sums<D, unknowns_of<Model, D>>;
+#define CILANTRO_FOR_METRICS(S, D)                                 \
+  CILANTRO_COMPILED_ELSEWHERE(S, D, point_to_point, rigid_motion)  \
+  CILANTRO_COMPILED_ELSEWHERE(S, D, point_to_point, affine_motion) \
+  CILANTRO_COMPILED_ELSEWHERE(S, D, point_to_plane, rigid_motion)  \
+  CILANTRO_COMPILED_ELSEWHERE(S, D, point_to_plane, affine_motion) \
+  CILANTRO_COMPILED_ELSEWHERE(S, D, symmetric, rigid_motion)       \
+  CILANTRO_COMPILED_ELSEWHERE(S, D, generalized_icp, rigid_motion)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_FOR_METRICS)
+#undef CILANTRO_FOR_METRICS
+#undef CILANTRO_COMPILED_ELSEWHERE
+
+}  // namespace cilantro

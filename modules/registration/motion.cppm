@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:motion;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// A finite motion of points: p ↦ linear · p + translation.
+export struct motion_step {
+  Eigen::MatrixXd linear;
+  Eigen::VectorXd translation;
+};
+
+/// How a transform may move: how many unknowns a small motion has, how fast a point moves with each
+/// of them, and which finite motion they stand for.
+///
+/// Semantics: a small motion with unknowns δ gives the point y the velocity v(y, δ), linear in δ
+/// and affine in y. `pull_back(y, g, row)` writes row[k] = g · v(y, e_k) for each of the
+/// `unknowns(dimension)` unknowns: how much a residual with gradient g at y changes with it.
+/// `step(δ, dimension)` is a finite motion with that velocity where δ is 0. `normalize(linear)` is
+/// optional, and takes rounding out of the linear part of a transform. Every translation must be a
+/// possible motion, so that motions may be written around any centre. All of it is pure; the point
+/// type is any Eigen vector of double. `transform<S, D>` is the type of transform that it yields.
+/// Models: `rigid_motion`, `affine_motion`; `check_parameterization` tests yours.
+export template <class P>
+concept Parameterization =
+    requires(const P& model, index_t dimension, const Eigen::VectorXd& vector, double* row) {
+      typename P::template transform<float, 3>;
+      requires AffineMap<typename P::template transform<double, 2>>;
+      { P::unknowns(dimension) } -> std::same_as<index_t>;
+      { model.pull_back(vector, vector, row) } -> std::same_as<void>;
+      { model.step(vector, dimension) } -> std::same_as<motion_step>;
+    };
+
+/// Rotation and translation in any dimension. The unknowns are rotations in radians, in 3D about x,
+/// y and z, otherwise from axis a to axis b in the order of (a, b), a < b; then the translation.
+///
+/// A step is taken by the midpoint rule: the point midway between old and new place has the
+/// velocity of the step, so that rotations are Cayley's. It follows curved motions to second order.
+/// Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", section 3.
+export struct rigid_motion {
+  template <Scalar S, int D>
+  using transform = rigid_transform<S, D>;
+
+  static constexpr index_t unknowns(index_t dimension) {
+    return dimension * (dimension - 1) / 2 + dimension;
+  }
+  template <class V>
+  static void pull_back(const V& y, const V& g, double* row) {
+    const index_t d = y.size();
+    if (d == 3) {
+      row[0] = y[1] * g[2] - y[2] * g[1];
+      row[1] = y[2] * g[0] - y[0] * g[2];
+      row[2] = y[0] * g[1] - y[1] * g[0];
+      row += 3;
+    } else {
+      for (index_t a = 0; a < d; ++a)
+        for (index_t b = a + 1; b < d; ++b) *row++ = y[a] * g[b] - y[b] * g[a];
+    }
+    for (index_t i = 0; i < d; ++i) row[i] = g[i];
+  }
+  [[nodiscard]] static motion_step step(const Eigen::VectorXd& unknowns, index_t dimension);
+  [[nodiscard]] static Eigen::MatrixXd normalize(const Eigen::MatrixXd& linear) {
+    return nearest_rotation(linear);
+  }
+};
+
+/// Any linear map and a translation. The unknowns are the linear part column by column, then the
+/// translation.
+export struct affine_motion {
+  template <Scalar S, int D>
+  using transform = affine_transform<S, D>;
+
+  static constexpr index_t unknowns(index_t dimension) { return dimension * (dimension + 1); }
+  template <class V>
+  static void pull_back(const V& y, const V& g, double* row) {
+    for (index_t j = 0; j < y.size(); ++j)
+      for (index_t i = 0; i < y.size(); ++i) *row++ = y[j] * g[i];
+    for (index_t i = 0; i < y.size(); ++i) *row++ = g[i];
+  }
+  [[nodiscard]] static motion_step step(const Eigen::VectorXd& unknowns, index_t dimension);
+};
+
+static_assert(Parameterization<rigid_motion> && Parameterization<affine_motion>);
+
+/// The velocities at `y`, one column an unknown.
+template <Parameterization P>
+[[nodiscard]] Eigen::MatrixXd velocities(const P& model, const Eigen::VectorXd& y) {
+  const index_t d = y.size(), u = P::unknowns(d);
+  Eigen::MatrixXd rows(u, d);
+  for (index_t i = 0; i < d; ++i)
+    model.pull_back(y, Eigen::VectorXd{Eigen::VectorXd::Unit(d, i)}, rows.col(i).data());
+  return rows.transpose();
+}
+
+/// The mean of v(y, δ)ᵀ v(y, δ) as a quadratic form in δ, over points of that mean and covariance:
+/// exact, since v is affine in y.
+template <Parameterization P>
+[[nodiscard]] Eigen::MatrixXd mean_squared_motion(const P& model, const Eigen::VectorXd& mean,
+                                                  const Eigen::MatrixXd& covariance) {
+  const Eigen::MatrixXd at_mean = velocities(model, mean);
+  Eigen::MatrixXd sum = at_mean.transpose() * at_mean;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
+  for (index_t k = 0; k < mean.size(); ++k) {
+    const Eigen::MatrixXd along = velocities(model, mean + axes.eigenvectors().col(k)) - at_mean;
+    sum += axes.eigenvalues()[k] * along.transpose() * along;
+  }
+  return sum;
+}
+
+/// Turns the unknowns of motions around the origin into those of the same motions around `center`.
+template <Parameterization P>
+[[nodiscard]] Eigen::MatrixXd recentering(const P& model, const Eigen::VectorXd& center) {
+  const index_t d = center.size(), u = P::unknowns(d);
+  // An affine field is known once it is at d + 1 points.
+  Eigen::MatrixXd around_origin(d * (d + 1), u), around_center(d * (d + 1), u);
+  for (index_t k = 0; k <= d; ++k) {
+    Eigen::VectorXd y = center;
+    if (k < d) y[k] += 1;
+    around_origin.middleRows(k * d, d) = velocities(model, y);
+    around_center.middleRows(k * d, d) = velocities(model, Eigen::VectorXd{y - center});
+  }
+  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>{around_center}.solve(around_origin);
+}
+
+/// The angle by which `linear` turns; of what is no rotation, ‖linear − I‖ / √2, which is the same
+/// for small ones.
+[[nodiscard]] double rotation_angle(const Eigen::MatrixXd& linear);
+
+}  // namespace cilantro

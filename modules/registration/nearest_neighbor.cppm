@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
+export module cilantro.registration:nearest_neighbor;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :correspondence;
+import :surface;
+
+namespace cilantro {
+
+/// A map of points in its parts, as compiled code takes it.
+template <Scalar S, int D>
+struct map_parts {
+  Eigen::Matrix<S, D, D> linear;
+  point_vector<S, D> translation;
+  bool is_rigid;  ///< Whether the type of the transform says so.
+
+  template <AffineMap T>
+  explicit map_parts(const T& t)
+      : linear{t.linear()}, translation{t.translation()}, is_rigid{RigidMap<T>} {}
+  [[nodiscard]] point_vector<S, D> operator()(const auto& p) const {
+    return linear * p + translation;
+  }
+};
+
+/// What a search has found for each query, and until when that holds.
+template <Scalar S>
+struct tracked_queries {
+  bool is_known = false;
+  buffer<S> places;              ///< `Dim × N`: where each query was when it was last searched for.
+  buffer<std::int32_t> nearest;  ///< −1: none.
+  buffer<S> others;     ///< From there to any point but the nearest it is at least that far.
+  buffer<S> distances;  ///< To the nearest, now.
+};
+
+/// What a `nearest_neighbor_searcher` remembers between the searches of a loop. Belongs to the
+/// caller; one that another searcher has used starts afresh.
+export template <Scalar S>
+struct nearest_neighbor_memory {
+  std::shared_ptr<const void> owner;
+  tracked_queries<S> sources, targets;
+};
+
+/// Compiled in the library.
+template <Scalar S, int D>
+class nearest_neighbor_engine {
+ public:
+  nearest_neighbor_engine(points_view<S, D> target, points_view<S, D> source,
+                          const correspondence_options& options, const task_monitor& monitor);
+  void find(const map_parts<S, D>& transform, nearest_neighbor_memory<S>& memory,
+            correspondences<S>& out) const;
+
+ private:
+  void find_forward(const map_parts<S, D>& transform, tracked_queries<S>& tracked) const;
+  void find_backward(const map_parts<S, D>& transform, tracked_queries<S>& tracked,
+                     std::span<const char> is_wanted) const;
+
+  points_view<S, D> target_, source_;
+  correspondence_options options_;
+  std::optional<kd_tree<S, D>> target_tree_, source_tree_;
+};
+
+/// For every source point the nearest target point, or the other way round, or both; which pairs
+/// stay is said by `correspondence_options`. Works in any dimension.
+///
+/// Trees are built once. With a memory, a query that has moved by less than the gap between its
+/// nearest and its second nearest point keeps its neighbour without a search: the result is the
+/// same. Only a search from target to source under a transform that is not rigid needs a new tree
+/// each time. Views target and source; copying costs a pointer.
+export template <Scalar S, int D>
+class nearest_neighbor_searcher {
+ public:
+  using memory = nearest_neighbor_memory<S>;
+
+  /// Throws `invalid_input` for points of different dimension, or options that make no sense;
+  /// `cancelled`. O((M + N) log (M + N)).
+  template <BorrowedSurface T, BorrowedSurface P>
+  nearest_neighbor_searcher(T&& target, P&& source, const correspondence_options& options = {},
+                            const task_monitor& monitor = {})
+      : engine_{std::make_shared<const engine>(as_surface(std::forward<T>(target)).points,
+                                               as_surface(std::forward<P>(source)).points, options,
+                                               monitor)} {}
+
+  /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a
+  /// transform of another dimension. O(N log M).
+  template <AffineMap T>
+    requires std::same_as<typename T::Scalar, S>
+  void find(const T& transform, correspondences<S>& out) const {
+    memory fresh;
+    find(transform, fresh, out);
+  }
+  template <AffineMap T>
+    requires std::same_as<typename T::Scalar, S>
+  void find(const T& transform, memory& known, correspondences<S>& out) const {
+    if (known.owner != engine_) known = {engine_, {}, {}};
+    engine_->find(map_parts<S, closed_dimension<D>>{transform}, known, out);
+  }
+
+ private:
+  using engine = nearest_neighbor_engine<S, closed_dimension<D>>;
+  std::shared_ptr<const engine> engine_;
+};
+export template <SurfaceSource T, SurfaceSource P>
+nearest_neighbor_searcher(T&&, P&&, correspondence_options = {}, task_monitor = {})
+    -> nearest_neighbor_searcher<typename surface_view_of<T>::scalar,
+                                 surface_view_of<T>::static_dimension>;
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D) extern template class nearest_neighbor_engine<S, D>;
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
+
+}  // namespace cilantro

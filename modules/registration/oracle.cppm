@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:oracle;
+
+import cilantro.standard;
+import cilantro.core;
+import :correspondence;
+import :surface;
+
+namespace cilantro {
+
+/// Pairs that are known beforehand, from descriptors or markers: their distances are found anew for
+/// every transform, and `max_distance`, `one_to_one` and `fraction` applied to those. Direction and
+/// reciprocity have no meaning here. Views target and source.
+export template <Scalar S, int D>
+class oracle_searcher {
+ public:
+  /// Throws `invalid_input` for an index that is out of range, points of different dimension, or
+  /// options that make no sense.
+  template <BorrowedSurface T, BorrowedSurface P>
+  oracle_searcher(T&& target, P&& source, correspondences<S> pairs,
+                  const correspondence_options& options = {})
+      : target_{as_surface(std::forward<T>(target)).points},
+        source_{as_surface(std::forward<P>(source)).points},
+        pairs_{std::move(pairs)},
+        options_{options} {
+    expect_valid(options);
+    expects(pairs_.empty() || target_.dimension() == source_.dimension(),
+            "oracle_searcher: target and source must have the same dimension");
+    for (const auto& pair : pairs_)
+      expects(0 <= pair.target && pair.target < target_.size() && 0 <= pair.source &&
+                  pair.source < source_.size(),
+              "oracle_searcher: the index of a pair is out of range");
+  }
+
+  /// As `CorrespondenceSearcher` says. O(pairs).
+  template <AffineMap T>
+    requires std::same_as<typename T::Scalar, S>
+  void find(const T& transform, correspondences<S>& out) const {
+    out = pairs_;
+    for (auto& pair : out)
+      pair.distance = (transform.linear() * source_[pair.source] + transform.translation() -
+                       target_[pair.target])
+                          .norm();
+    select_correspondences(out, options_);
+  }
+
+ private:
+  points_view<S, D> target_, source_;
+  correspondences<S> pairs_;
+  correspondence_options options_;
+};
+export template <SurfaceSource T, SurfaceSource P>
+oracle_searcher(T&&, P&&, correspondences<typename surface_view_of<T>::scalar>,
+                correspondence_options = {})
+    -> oracle_searcher<typename surface_view_of<T>::scalar, surface_view_of<T>::static_dimension>;
+
+}  // namespace cilantro

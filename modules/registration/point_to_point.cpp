@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.registration;
+
+namespace cilantro {
+namespace {
+
+/// Relative to the largest one, singular values below this are rounding.
+constexpr double negligible = 1e-10;
+
+}  // namespace
+
+matched_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
+                     const Eigen::VectorXd& target_mean, const Eigen::MatrixXd&,
+                     const Eigen::MatrixXd& cross) {
+  const index_t d = cross.rows();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd{cross, Eigen::ComputeFullU | Eigen::ComputeFullV};
+  const Eigen::MatrixXd& u = svd.matrixU();
+  const Eigen::MatrixXd& v = svd.matrixV();
+  const double side = u.determinant() * v.determinant() < 0 ? -1 : 1;
+  index_t rank = 0;
+  while (rank < d && svd.singularValues()[rank] > negligible * svd.singularValues()[0]) ++rank;
+
+  // The planes that the pairs say nothing about turn as little as possible.
+  Eigen::MatrixXd middle = Eigen::MatrixXd::Identity(d, d);
+  if (const index_t free = d - rank; free > 0) {
+    Eigen::MatrixXd mirror = Eigen::MatrixXd::Identity(free, free);
+    mirror(free - 1, free - 1) = side;
+    middle.bottomRightCorner(free, free) =
+        nearest_rotation(u.rightCols(free).transpose() * v.rightCols(free) * mirror) * mirror;
+  } else {
+    middle(d - 1, d - 1) = side;
+  }
+  const Eigen::MatrixXd turn = u * middle * v.transpose();
+  const Eigen::MatrixXd product = turn.transpose() * cross;
+  return {{turn, target_mean - turn * source_mean}, (product + product.transpose()) / 2};
+}
+
+matched_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
+                     const Eigen::VectorXd& target_mean, const Eigen::MatrixXd& covariance,
+                     const Eigen::MatrixXd& cross) {
+  const index_t d = cross.rows();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(d, d);
+  for (index_t k = 0; k < d; ++k)
+    if (axes.eigenvalues()[k] > negligible * axes.eigenvalues()[d - 1])
+      inverse += axes.eigenvectors().col(k) * axes.eigenvectors().col(k).transpose() /
+                 axes.eigenvalues()[k];
+  // Across the subspace in which the points lie, nothing is known and nothing changed.
+  const Eigen::MatrixXd linear = Eigen::MatrixXd::Identity(d, d) + (cross - covariance) * inverse;
+  return {{linear, target_mean - linear * source_mean}, covariance};
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                                \
+  template match_sums<D> sum_matches<S, D, unit_weight>(                                          \
+      const registered_surfaces<S, D>&, const double_map<D>&, std::span<const correspondence<S>>, \
+      const unit_weight&, const execution&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
+export module cilantro.registration:point_to_point;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :concepts;
+import :correspondence;
+import :estimation;
+import :motion;
+import :normal_equations;
+import :surface;
+
+namespace cilantro {
+
+/// What determines the closed form: how the pairs lie together.
+template <int D>
+struct match_sums : place_sums<D> {
+  point_vector<double, D> target;
+  Eigen::Matrix<double, D, D> product;  ///< Σ w q yᵀ, target by moved source.
+
+  explicit match_sums(index_t dimension)
+      : place_sums<D>{dimension},
+        target{point_vector<double, D>::Zero(dimension)},
+        product{Eigen::Matrix<double, D, D>::Zero(dimension, dimension)} {}
+  match_sums& operator+=(const match_sums& other) {
+    place_sums<D>::operator+=(other);
+    target += other.target;
+    product += other.product;
+    return *this;
+  }
+};
+
+template <Scalar S, int D, class Weight>
+[[nodiscard]] match_sums<D> sum_matches(const registered_surfaces<S, D>& surfaces,
+                                        const double_map<D>& current,
+                                        std::span<const correspondence<S>> pairs,
+                                        const Weight& weight, const execution& how) {
+  const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
+  return ordered_sum(std::ssize(pairs), how, match_sums<D>{dimension}, [&](auto& sums, index_t i) {
+    const auto& [t, s, found_distance] = pairs[static_cast<std::size_t>(i)];
+    const point_vector<double, D> y = current(source.points[s]) - center;
+    const point_vector<double, D> q = target.points[t].template cast<double>() - center;
+    const double square = (y - q).squaredNorm();
+    if (!std::isfinite(square)) return;
+    ++sums.pairs;
+    sums.squared_distance += square;
+    const double w = double(evaluate_pair<double>(weight, t, s, std::sqrt(square)));
+    if (!(w > 0)) return;
+    sums.squared_residual += w * square;
+    sums.add_place(w, y);
+    sums.target += w * q;
+    sums.product += w * q * y.transpose();
+  });
+}
+
+/// The motion that brings moved source points onto their targets best, with what is not determined
+/// left as it is.
+struct matched_motion {
+  motion_step move;
+  Eigen::MatrixXd curvature;  ///< Takes the place of the covariance in the information.
+};
+[[nodiscard]] matched_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
+                                   const Eigen::VectorXd& target_mean,
+                                   const Eigen::MatrixXd& covariance,
+                                   const Eigen::MatrixXd& cross_covariance);
+[[nodiscard]] matched_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
+                                   const Eigen::VectorXd& target_mean,
+                                   const Eigen::MatrixXd& covariance,
+                                   const Eigen::MatrixXd& cross_covariance);
+
+/// The least-squares transform between the points of the pairs in closed form, in any dimension:
+/// rigid (Umeyama 1991, "Least-squares estimation of transformation parameters", equations 34 to
+/// 43, without scale), or affine by its normal equations. Never a reflection.
+///
+/// What the pairs leave open, such as turning about the line on which all of them lie, stays as it
+/// is. `Weight` is a `PairEvaluator` of target index, source index, and the distance of the two
+/// under the current transform: a robust kernel may be given. Views target and source.
+export template <Scalar S, int D, class Model = rigid_motion,
+                 PairEvaluator<double> Weight = unit_weight>
+  requires std::same_as<Model, rigid_motion> || std::same_as<Model, affine_motion>
+class point_to_point_estimator {
+ public:
+  using transform_type = typename Model::template transform<S, D>;
+
+  /// Throws `invalid_input` for surfaces of different dimension.
+  template <BorrowedSurface T, BorrowedSurface P>
+  point_to_point_estimator(T&& target, P&& source, Model model = {}, Weight weight = {},
+                           truncated_solver solver = {}, execution how = {})
+      : surfaces_{surface_view<S, C>{as_surface(std::forward<T>(target)).points},
+                  surface_view<S, C>{as_surface(std::forward<P>(source)).points}},
+        model_{model},
+        weight_{std::move(weight)},
+        solver_{solver},
+        how_{std::move(how)} {}
+
+  [[nodiscard]] transform_type identity() const {
+    return identity_transform<transform_type>(surfaces_.dimension);
+  }
+
+  /// As `TransformEstimator` says. Throws `invalid_input` for a transform of another dimension.
+  /// O(pairs · D²).
+  [[nodiscard]] registration_step<transform_type> estimate(
+      const transform_type& current, std::span<const correspondence<S>> pairs) const {
+    expects(index_t(current.translation().size()) == surfaces_.dimension,
+            "point_to_point_estimator: transform and points must have the same dimension");
+    const double_map<C> map{current};
+    const match_sums<C> sums = sum_matches<S, C, Weight>(surfaces_, map, pairs, weight_, how_);
+    const double total = sums.weight > 0 ? sums.weight : 1;
+    const Eigen::VectorXd mean = sums.place / total, target_mean = sums.target / total;
+    const Eigen::MatrixXd covariance = sums.spread / total - mean * mean.transpose();
+    const auto [move, curvature] =
+        match(model_, mean, target_mean, covariance,
+              Eigen::MatrixXd{sums.product / total - target_mean * mean.transpose()});
+
+    const Eigen::MatrixXd motion_seen = mean_squared_motion(model_, mean, covariance);
+    const Eigen::MatrixXd information = mean_squared_motion(model_, mean, curvature);
+    const double any = sums.weight > 0 ? 1 : 0;
+    const auto solution =
+        solver_({any * information, Eigen::VectorXd::Zero(information.rows()), any * motion_seen});
+    registration_step<transform_type> step{current, {}, {}};
+    if (sums.weight > 0) step = step_to<transform_type>(model_, move, map, surfaces_.center, mean);
+    step.fit = fit_of(model_, sums, surfaces_.center, sums.weight * information, solution,
+                      count_sources<S>(pairs), surfaces_.finite_sources, surfaces_.non_finite);
+    return step;
+  }
+
+  /// The distances of the pairs under a transform.
+  [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
+                                          std::span<const correspondence<S>> pairs) const {
+    const double_map<C> current{transform};
+    Eigen::VectorXd values(std::ssize(pairs));
+    parallel_for(std::ssize(pairs), how_, [&](index_t i) {
+      const auto& [t, s, distance] = pairs[static_cast<std::size_t>(i)];
+      values[i] =
+          (current(surfaces_.source.points[s]) - surfaces_.target.points[t].template cast<double>())
+              .norm();
+    });
+    return values;
+  }
+
+ private:
+  static constexpr int C = closed_dimension<D>;
+  registered_surfaces<S, C> surfaces_;
+  Model model_;
+  Weight weight_;
+  truncated_solver solver_;
+  execution how_;
+};
+export template <SurfaceSource T, SurfaceSource P, class Model = rigid_motion,
+                 class Weight = unit_weight>
+point_to_point_estimator(T&&, P&&, Model = {}, Weight = {}, truncated_solver = {}, execution = {})
+    -> point_to_point_estimator<typename surface_view_of<T>::scalar,
+                                surface_view_of<T>::static_dimension, Model, Weight>;
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                         \
+  extern template match_sums<D> sum_matches<S, D, unit_weight>(                                   \
+      const registered_surfaces<S, D>&, const double_map<D>&, std::span<const correspondence<S>>, \
+      const unit_weight&, const execution&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
+
+}  // namespace cilantro

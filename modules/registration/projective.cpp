@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cmath>
+#include <cstdint>
+#include <vector>
+module cilantro.registration;
+
+namespace cilantro {
+
+template <Scalar S>
+void projective_searcher<S>::find(const map_parts<S, 3>& transform, correspondences<S>& out) const {
+  const auto to_camera = camera_.to_world.inverse();
+  std::vector<correspondence<S>> all(static_cast<std::size_t>(source_.size()));
+  parallel_for(source_.size(), {.threads = options_.threads}, [&](index_t s) {
+    auto& pair = all[static_cast<std::size_t>(s)];
+    pair = {-1, static_cast<std::int32_t>(s), 0};
+    const point_vector<S, 3> p = transform(source_[s]);
+    const point_vector<S, 3> ahead = to_camera * p;
+    if (!(ahead.z() > 0)) return;
+    const S u = std::round(camera_.fx * ahead.x() / ahead.z() + camera_.cx);
+    const S v = std::round(camera_.fy * ahead.y() / ahead.z() + camera_.cy);
+    if (!(u >= 0 && u < S(camera_.width) && v >= 0 && v < S(camera_.height))) return;
+    pair.target = seen_(static_cast<int>(u), static_cast<int>(v));
+    if (pair.target >= 0) pair.distance = (p - target_[pair.target]).norm();
+  });
+  out.clear();
+  for (const auto& pair : all)
+    if (pair.target >= 0) out.push_back(pair);
+  select_correspondences(out, options_);
+}
+
+template class projective_searcher<float>;
+template class projective_searcher<double>;
+
+}  // namespace cilantro

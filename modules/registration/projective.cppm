@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:projective;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.geometry;
+import :correspondence;
+import :nearest_neighbor;
+import :surface;
+
+namespace cilantro {
+
+/// Pairs each source point with the target point that the target's camera sees in the same pixel:
+/// no tree and no search, for frames of a depth camera that has moved little. Looks from the source
+/// to the target only, whatever the options say about direction; a pair is never reciprocal in the
+/// sense of a nearest neighbour, so that option is refused.
+/// Source: Blais & Levine 1995, "Registering multiview range data to create 3D computer objects".
+export template <Scalar S>
+class projective_searcher {
+ public:
+  /// `camera` stands where the target was seen from, in the target's coordinates. The target may be
+  /// organised or not. Views target and source. Throws `invalid_input` for a camera or options that
+  /// make no sense. O(M) here and O(N) for each search.
+  template <BorrowedSurface T, BorrowedSurface P>
+  projective_searcher(T&& target, P&& source, const pinhole_camera<S>& camera,
+                      const correspondence_options& options = {})
+      : target_{as_surface(std::forward<T>(target)).points},
+        source_{as_surface(std::forward<P>(source)).points},
+        camera_{camera},
+        options_{options},
+        seen_{project(target_, camera, {.threads = options.threads})} {
+    expect_valid(options);
+    expects(!options.reciprocal && options.direction == search_direction::source_to_target,
+            "projective_searcher: pairs are found from the source to the target only");
+  }
+
+  /// As `CorrespondenceSearcher` says; distances are Euclidean, in space.
+  template <AffineMap T>
+    requires std::same_as<typename T::Scalar, S>
+  void find(const T& transform, correspondences<S>& out) const {
+    find(map_parts<S, 3>{transform}, out);
+  }
+
+ private:
+  void find(const map_parts<S, 3>& transform, correspondences<S>& out) const;
+
+  points_view<S, 3> target_, source_;
+  pinhole_camera<S> camera_;
+  correspondence_options options_;
+  image<std::int32_t> seen_;
+};
+export template <SurfaceSource T, SurfaceSource P, Scalar S>
+projective_searcher(T&&, P&&, pinhole_camera<S>, correspondence_options = {})
+    -> projective_searcher<S>;
+
+extern template class projective_searcher<float>;
+extern template class projective_searcher<double>;
+
+}  // namespace cilantro

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.registration: how one set of points is moved onto another.
+export module cilantro.registration;
+
+export import cilantro.core;
+export import cilantro.search;
+export import cilantro.geometry;
+export import cilantro.cloud;
+export import :correspondence;
+export import :surface;
+export import :concepts;
+export import :nearest_neighbor;
+export import :feature_space;
+export import :feature_searcher;
+export import :projective;
+export import :oracle;
+export import :combined_searcher;
+export import :motion;
+export import :residual;
+export import :normal_equations;
+export import :estimation;
+export import :least_squares;
+export import :point_to_point;
+export import :icp;
+export import :evaluate;
+export import :align;
+export import :align_step;

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:residual;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+
+namespace cilantro {
+
+/// A pair as a residual sees it, in the coordinates of the target, in double.
+export template <int D>
+struct matched_pair {
+  using vector = point_vector<double, D>;
+
+  vector point;          ///< The source point where the current transform moves it.
+  vector target;         ///< Its partner.
+  vector normal;         ///< The source normal, moved; zero if unknown or not asked for.
+  vector target_normal;  ///< Zero if unknown or not asked for.
+  index_t target_index, source_index;
+};
+
+/// Receives the rows of a residual: `emit(value, gradient)`, where the gradient is the derivative
+/// of the value by the moved source point; and `emit(value, gradient, at)` for one whose gradient
+/// acts at another place than there.
+template <int D>
+struct residual_sink {
+  void operator()(double value, const point_vector<double, D>& gradient) const;
+  void operator()(double value, const point_vector<double, D>& gradient,
+                  const point_vector<double, D>& at) const;
+};
+
+/// What is made small: the distance of a pair in some sense.
+///
+/// Semantics: `term(pair, emit)` calls `emit(value, gradient)` once for each row of the residual,
+/// in the units of the points, or not at all for a pair that says nothing. Constant members
+/// `needs_source_normals` and `needs_target_normals` say whether it uses those; without them they
+/// are zero. Pure, and called from several threads at once. A metric of yours is a struct or a
+/// generic lambda of a few lines.
+/// Models: `point_to_point`, `point_to_plane`, `symmetric`, `generalized_icp`, `weighted_term`,
+/// `combined_metric`; `check_residual_term` tests yours.
+export template <class T, int D>
+concept ResidualTerm =
+    requires(const T& term, const matched_pair<D>& pair, const residual_sink<D>& emit) {
+      { term(pair, emit) } -> std::same_as<void>;
+    };
+
+template <class T>
+inline constexpr bool needs_source_normals = false;
+template <class T>
+  requires requires { T::needs_source_normals; }
+inline constexpr bool needs_source_normals<T> = T::needs_source_normals;
+template <class T>
+inline constexpr bool needs_target_normals = false;
+template <class T>
+  requires requires { T::needs_target_normals; }
+inline constexpr bool needs_target_normals<T> = T::needs_target_normals;
+
+/// The vector from the target to the point: one row a coordinate.
+/// Source: Besl & McKay 1992, "A method for registration of 3-D shapes".
+export struct point_to_point {
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    using vector = typename matched_pair<D>::vector;
+    const vector difference = pair.point - pair.target;
+    for (index_t d = 0; d < difference.size(); ++d)
+      emit(difference[d], vector{vector::Unit(difference.size(), d)});
+  }
+};
+
+/// The distance to the plane through the target with its normal.
+/// Source: Chen & Medioni 1992, "Object modelling by registration of multiple range images".
+export struct point_to_plane {
+  static constexpr bool needs_target_normals = true;
+
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    emit((pair.point - pair.target).dot(pair.target_normal), pair.target_normal);
+  }
+};
+
+/// The distance along the mean of both normals, which is zero wherever the two points lie on one
+/// circular arc: it converges from farther away than `point_to_plane`. The sides that normals are
+/// turned to do not matter.
+/// Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", equation 9.
+export struct symmetric {
+  static constexpr bool needs_source_normals = true, needs_target_normals = true;
+
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    using vector = typename matched_pair<D>::vector;
+    const double side = pair.normal.dot(pair.target_normal) < 0 ? -0.5 : 0.5;
+    const vector normal = side * pair.normal + 0.5 * pair.target_normal;
+    // Both sides turn by half of the rotation, so that it acts midway.
+    emit((pair.point - pair.target).dot(normal), normal, vector{0.5 * (pair.point + pair.target)});
+  }
+};
+
+/// Plane to plane: the Mahalanobis distance under the covariances of both points, each flat along
+/// its normal. Between two planes it is that of `point_to_plane`; where a normal is unknown, that
+/// of points. Scaled so that the direction of a common normal counts 1.
+/// Source: Segal, Haehnel & Thrun 2009, "Generalized-ICP", section III, plane-to-plane.
+export struct generalized_icp {
+  static constexpr bool needs_source_normals = true, needs_target_normals = true;
+
+  positive flatness = 1e-3;  ///< Variance along the normal, relative to that along the surface.
+
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    using vector = typename matched_pair<D>::vector;
+    using matrix = Eigen::Matrix<double, D, D>;
+    const index_t d = pair.point.size();
+    const double thin = 1 - double(flatness);
+    const matrix sum =
+        2 * matrix::Identity(d, d) - thin * (pair.normal * pair.normal.transpose() +
+                                             pair.target_normal * pair.target_normal.transpose());
+    // sum = L Lᵀ, so that eᵀ sum⁻¹ e = ‖L⁻¹ e‖².
+    const Eigen::LLT<matrix> factor{sum};
+    matrix rows = std::sqrt(2 * double(flatness)) * matrix::Identity(d, d);
+    factor.matrixL().solveInPlace(rows);
+    const vector values = rows * (pair.point - pair.target);
+    for (index_t i = 0; i < d; ++i) emit(values[i], vector{rows.row(i).transpose()});
+  }
+};
+
+/// A term with weights: a factor, a `PairEvaluator` of target index, source index and the distance
+/// that the search found, and a robust kernel of the residual's length, which makes the solution
+/// one of iteratively reweighted least squares: `weighted_term{point_to_plane{}, 1, {},
+/// huber{0.01}}`.
+export template <class Term, class Pairs = unit_weight, class Kernel = unit_weight>
+struct weighted_term {
+  static constexpr bool needs_source_normals = cilantro::needs_source_normals<Term>;
+  static constexpr bool needs_target_normals = cilantro::needs_target_normals<Term>;
+
+  Term term;
+  double weight = 1;
+  Pairs pairs = {};
+  Kernel robust = {};
+};
+export template <class Term>
+weighted_term(Term, double = 1) -> weighted_term<Term>;
+export template <class Term, class Pairs>
+weighted_term(Term, double, Pairs) -> weighted_term<Term, Pairs>;
+export template <class Term, class Pairs, class Kernel>
+weighted_term(Term, double, Pairs, Kernel) -> weighted_term<Term, Pairs, Kernel>;
+
+/// The sum of several terms, each as it is or `weighted_term`. With a `combined_searcher` each has
+/// its own pairs.
+export template <class... Terms>
+class combined_metric {
+ public:
+  static constexpr bool needs_source_normals = (cilantro::needs_source_normals<Terms> || ...);
+  static constexpr bool needs_target_normals = (cilantro::needs_target_normals<Terms> || ...);
+  static constexpr std::size_t size = sizeof...(Terms);
+
+  explicit combined_metric(Terms... terms) : terms_{std::move(terms)...} {}
+
+  template <std::size_t I>
+  [[nodiscard]] const auto& term() const {
+    return std::get<I>(terms_);
+  }
+
+ private:
+  std::tuple<Terms...> terms_;
+};
+
+template <class T>
+inline constexpr bool is_weighted = false;
+template <class T, class P, class K>
+inline constexpr bool is_weighted<weighted_term<T, P, K>> = true;
+template <class T>
+inline constexpr bool is_combined = false;
+template <class... T>
+inline constexpr bool is_combined<combined_metric<T...>> = true;
+
+template <class T, int D>
+inline constexpr bool is_metric = ResidualTerm<T, D>;
+template <class T, class P, class K, int D>
+inline constexpr bool is_metric<weighted_term<T, P, K>, D> =
+    ResidualTerm<T, D> && PairEvaluator<P, double> && PairEvaluator<K, double>;
+template <class... T, int D>
+inline constexpr bool is_metric<combined_metric<T...>, D> = (is_metric<T, D> && ...);
+
+/// What a registration minimises: a `ResidualTerm`, one that is `weighted_term`, or several
+/// `combined_metric`.
+export template <class T, int D>
+concept RegistrationMetric = ResidualTerm<T, D> || is_metric<T, D>;
+
+/// Hands term by term to `f(term, weight, pair evaluator, kernel)`.
+template <class Metric, class F>
+void with_weights(const Metric& metric, F&& f) {
+  if constexpr (is_weighted<Metric>)
+    f(metric.term, metric.weight, metric.pairs, metric.robust);
+  else
+    f(metric, 1.0, unit_weight{}, unit_weight{});
+}
+
+static_assert(ResidualTerm<point_to_point, 5> && ResidualTerm<point_to_plane, 3>);
+static_assert(ResidualTerm<symmetric, 2> && ResidualTerm<generalized_icp, dynamic>);
+
+}  // namespace cilantro

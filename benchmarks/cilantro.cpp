@@ -100,6 +100,24 @@ void outliers(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(outliers);
 
+/// From trees to the last iteration; the result is how far the source was moved, in millimetres.
+void icp_point_to_plane(benchmark::State& state) {
+  const auto view = [](const std::vector<float>& all) {
+    return points_view<float, 3>{all.data(), std::ssize(all) / 3};
+  };
+  const auto target = read_floats("target.f32"), normals = read_floats("target_normals.f32"),
+             source = read_floats("source.f32");
+  double moved = 0;
+  for (auto _ : state) {
+    const auto found = align(
+        surface_view<float, 3>{view(source)}, surface_view<float, 3>{view(target), view(normals)},
+        {.max_distance = align_max_distance, .max_iterations = align_iterations, .tolerance = 0});
+    moved = 1000 * double(found.transform.translation().norm());
+  }
+  report_result(state, moved);
+}
+CILANTRO_BENCHMARK(icp_point_to_plane);
+
 void depth_to_points(benchmark::State& state) {
   const pinhole_camera<float> camera{image_width,  image_height,    focal_length,
                                      focal_length, image_width / 2, image_height / 2};

@@ -19,6 +19,9 @@ inline constexpr int neighbor_count = 10;
 /// What statistical outlier removal is asked with.
 inline constexpr int outlier_neighbors = 20;
 inline constexpr double outlier_deviations = 2;
+/// How one frame is aligned with another.
+inline constexpr double align_max_distance = 0.05;
+inline constexpr int align_iterations = 15;
 /// The depth image of depth.u16.
 inline constexpr int image_width = 640, image_height = 480;
 inline constexpr float focal_length = 585;
@@ -28,18 +31,20 @@ inline std::string data_path(const char* name) {
   return std::string{folder ? folder : "."} + "/" + name;
 }
 
+inline std::vector<float> read_floats(const char* name) {
+  std::ifstream in{data_path(name), std::ios::binary};
+  const std::vector<char> bytes{std::istreambuf_iterator<char>{in}, {}};
+  if (bytes.empty()) {
+    std::fprintf(stderr, "no data: run scripts/benchmark.sh\n");
+    std::exit(1);
+  }
+  const auto* first = reinterpret_cast<const float*>(bytes.data());
+  return std::vector<float>{first, first + bytes.size() / sizeof(float)};
+}
+
 /// The frame: x, y and z of one point after another.
 inline const std::vector<float>& frame() {
-  static const std::vector<float> points = [] {
-    std::ifstream in{data_path("frame.f32"), std::ios::binary};
-    const std::vector<char> bytes{std::istreambuf_iterator<char>{in}, {}};
-    if (bytes.empty()) {
-      std::fprintf(stderr, "no data: run scripts/benchmark.sh\n");
-      std::exit(1);
-    }
-    const auto* first = reinterpret_cast<const float*>(bytes.data());
-    return std::vector<float>{first, first + bytes.size() / sizeof(float)};
-  }();
+  static const std::vector<float> points = read_floats("frame.f32");
   return points;
 }
 

@@ -16,7 +16,8 @@ times = collections.defaultdict(lambda: collections.defaultdict(list))
 results = collections.defaultdict(dict)
 for path in sorted(folder.glob("*.json")):
     library = path.name.split(".")[0]
-    for run in json.loads(path.read_text())["benchmarks"]:
+    text = path.read_text()
+    for run in json.loads(text)["benchmarks"] if text else []:  # Empty: it has no such task.
         if run.get("run_type") == "iteration":
             task = run["name"].split("/")[0]
             times[task][library].append(run["real_time"])

@@ -7,6 +7,7 @@
 #include <pcl/io/ply_io.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_types.h>
+#include <pcl/registration/icp.h>
 #include <pcl/search/kdtree.h>
 
 #include <cmath>
@@ -153,6 +154,40 @@ void outliers(benchmark::State& state) {
   report_result(state, count);
 }
 CILANTRO_BENCHMARK(outliers);
+
+void icp_point_to_plane(benchmark::State& state) {
+  using with_normals = pcl::PointCloud<pcl::PointNormal>;
+  const auto fill = [](const char* points, const char* normals) {
+    const auto p = read_floats(points), n = normals ? read_floats(normals) : std::vector<float>{};
+    with_normals::Ptr made{new with_normals};
+    for (std::size_t i = 0; i < p.size(); i += 3) {
+      pcl::PointNormal point;
+      point.getVector3fMap() = Eigen::Vector3f{p[i], p[i + 1], p[i + 2]};
+      if (normals) point.getNormalVector3fMap() = Eigen::Vector3f{n[i], n[i + 1], n[i + 2]};
+      made->push_back(point);
+    }
+    return made;
+  };
+  const auto source = fill("source.f32", nullptr);
+  const auto target = fill("target.f32", "target_normals.f32");
+  double moved = 0;
+  for (auto _ : state) {
+    pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal> icp;
+    icp.setInputSource(source);
+    icp.setInputTarget(target);
+    icp.setMaxCorrespondenceDistance(align_max_distance);
+    icp.setMaximumIterations(align_iterations);
+    // Nothing that would stop it early.
+    icp.setTransformationEpsilon(-1);
+    icp.setEuclideanFitnessEpsilon(-1);
+    icp.getConvergeCriteria()->setRelativeMSE(-1);
+    with_normals aligned;
+    icp.align(aligned);
+    moved = 1000 * double(icp.getFinalTransformation().topRightCorner<3, 1>().norm());
+  }
+  report_result(state, moved);
+}
+CILANTRO_BENCHMARK(icp_point_to_plane);
 
 /// The sum of all coordinates of a file, which is read again and again.
 void read(benchmark::State& state, const char* name) {

@@ -26,3 +26,4 @@ export import :icp;
 export import :evaluate;
 export import :align;
 export import :align_step;
+export import :contract;

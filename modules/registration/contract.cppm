@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+//
+// Whether a type of yours does what its concept says, beyond what a compiler sees. Each check
+// returns a sentence for each violation; none means that the type may be used.
+export module cilantro.registration:contract;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :concepts;
+import :correspondence;
+import :feature_space;
+import :motion;
+import :residual;
+import :surface;
+
+namespace cilantro {
+
+/// Collects each rule that is broken once.
+class violation_list {
+ public:
+  void expect(bool condition, const char* rule) {
+    if (!condition && std::ranges::find(found_, rule) == found_.end()) found_.emplace_back(rule);
+  }
+  [[nodiscard]] std::vector<std::string> take() { return std::move(found_); }
+
+ private:
+  std::vector<std::string> found_;
+};
+
+template <class Pairs>
+[[nodiscard]] bool same_pairs(const Pairs& a, const Pairs& b) {
+  if constexpr (requires { a[0].source; }) {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (!(a[i] == b[i])) return false;
+  } else {
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (!same_pairs(a[i], b[i])) return false;
+  }
+  return true;
+}
+
+/// Tests a searcher of yours, built from `target` and `source`, under each of `transforms`: order,
+/// indices, points that are not finite, repeated searches, and its memory if it has one.
+export template <class S, SurfaceSource A, SurfaceSource B, class T>
+  requires CorrespondenceSearcher<S, T>
+[[nodiscard]] std::vector<std::string> check_correspondence_searcher(
+    const S& searcher, const A& target, const B& source, const std::vector<T>& transforms) {
+  violation_list violations;
+  const auto onto = surface_in(target).points;
+  const auto moving = surface_in(source).points;
+  const auto check = [&](const auto& pairs) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const auto& [t, s, distance] = pairs[i];
+      const bool in_range = 0 <= t && t < onto.size() && 0 <= s && s < moving.size();
+      violations.expect(in_range, "an index is out of range");
+      if (!in_range) continue;
+      violations.expect(is_finite(onto[t]) && is_finite(moving[s]), "a point is not finite");
+      violations.expect(std::isfinite(distance), "a distance is not finite");
+      violations.expect(i == 0 || pairs[i - 1].source < s ||
+                            (pairs[i - 1].source == s && pairs[i - 1].target < t),
+                        "pairs are not in ascending order of source, then target");
+    }
+  };
+  repeated_memory<S> memory{};
+  pairs_of<S, T> remembered;
+  for (const T& transform : transforms) {
+    pairs_of<S, T> first, second;
+    searcher.find(transform, first);
+    second = first;
+    searcher.find(transform, second);
+    violations.expect(same_pairs(first, second), "two searches for the same differ");
+    find_with_memory(searcher, transform, memory, remembered);
+    violations.expect(same_pairs(first, remembered), "a search with memory differs");
+    if constexpr (requires { first[0].source; })
+      check(first);
+    else
+      for (const auto& pairs : first) check(pairs);
+  }
+  return violations.take();
+}
+
+/// Tests an estimator of yours on a transform and pairs: repeatable, nothing made up without pairs,
+/// and figures that make sense.
+export template <class E, class Pairs>
+  requires TransformEstimator<E, Pairs>
+[[nodiscard]] std::vector<std::string> check_transform_estimator(
+    const E& estimator, const typename E::transform_type& transform, const Pairs& pairs) {
+  violation_list violations;
+  const auto same = [](const auto& a, const auto& b) {
+    if constexpr (AffineMap<typename E::transform_type>)
+      return a.linear() == b.linear() && a.translation() == b.translation();
+    else
+      return true;
+  };
+  const auto first = estimator.estimate(transform, pairs);
+  const auto second = estimator.estimate(transform, pairs);
+  violations.expect(same(first.transform, second.transform), "two estimates of the same differ");
+  const auto nothing = estimator.estimate(transform, Pairs{});
+  violations.expect(same(nothing.transform, transform), "without pairs, the transform changes");
+  violations.expect(nothing.fit.pairs == 0 && nothing.fit.overlap == 0,
+                    "without pairs, there are some");
+  for (const auto* step : {&first, &nothing}) {
+    violations.expect(step->change.rotation >= 0 && step->change.translation >= 0,
+                      "a change is negative or NaN");
+    const auto& fit = step->fit;
+    violations.expect(fit.overlap >= 0 && fit.overlap <= 1, "the overlap is not a share");
+    violations.expect(fit.rmse >= 0 && fit.residual >= 0, "an error is negative or NaN");
+    violations.expect(fit.undetermined >= 0 && fit.undetermined <= fit.directions.cols(),
+                      "there are more undetermined directions than directions");
+  }
+  return violations.take();
+}
+
+/// Tests a residual term of yours in D dimensions on random pairs: finite, repeatable, and with
+/// gradients that are the derivatives of the values by the point.
+export template <int D, ResidualTerm<D> Term>
+[[nodiscard]] std::vector<std::string> check_residual_term(const Term& term,
+                                                           const contract_options& options = {}) {
+  violation_list violations;
+  using vector = typename matched_pair<D>::vector;
+  struct row {
+    double value;
+    vector gradient;
+  };
+  const auto rows_of = [&](const matched_pair<D>& pair) {
+    std::vector<row> rows;
+    term(pair, [&](double value, const vector& gradient, const auto&...) {
+      rows.push_back({value, gradient});
+    });
+    return rows;
+  };
+  for (index_t q = 0; q < options.queries; ++q) {
+    random_stream random{options.seed, static_cast<std::uint64_t>(q)};
+    constexpr index_t d = D == dynamic ? 4 : D;
+    const auto some = [&] {
+      vector v(d);
+      for (auto& x : v) x = random.uniform(-1, 1);
+      return v;
+    };
+    matched_pair<D> pair{some(), some(), some().normalized(), some().normalized(), 0, 0};
+    const auto rows = rows_of(pair), again = rows_of(pair);
+    violations.expect(rows.size() == again.size(), "two calls for the same differ");
+    for (index_t k = 0; k < d; ++k) {
+      constexpr double h = 1e-6;
+      auto ahead = pair, behind = pair;
+      ahead.point[k] += h;
+      behind.point[k] -= h;
+      const auto after = rows_of(ahead), before = rows_of(behind);
+      if (after.size() != rows.size() || before.size() != rows.size()) continue;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        violations.expect(std::isfinite(rows[i].value) && is_finite(rows[i].gradient),
+                          "a value or gradient is not finite");
+        const double slope = (after[i].value - before[i].value) / (2 * h);
+        violations.expect(
+            std::abs(slope - rows[i].gradient[k]) <= 1e-5 * std::max(1.0, std::abs(slope)),
+            "a gradient is not the derivative of its value");
+      }
+    }
+  }
+  return violations.take();
+}
+
+/// Tests a model of motion of yours in `dimension` dimensions: velocities linear in the unknowns
+/// and affine in the point, steps that have them, and every translation among the motions.
+export template <Parameterization P>
+[[nodiscard]] std::vector<std::string> check_parameterization(
+    const P& model, index_t dimension, const contract_options& options = {}) {
+  violation_list violations;
+  const index_t u = P::unknowns(dimension);
+  const auto close = [](const auto& a, const auto& b, double tolerance) {
+    return (a - b).norm() <= tolerance * std::max(1.0, double(b.norm()));
+  };
+  const auto still = model.step(Eigen::VectorXd::Zero(u), dimension);
+  violations.expect(still.linear.isIdentity(1e-12) && still.translation.isZero(1e-12),
+                    "a step of nothing moves");
+  for (index_t k = 0; k < dimension; ++k) {
+    const Eigen::VectorXd push = Eigen::VectorXd::Unit(dimension, k);
+    const Eigen::MatrixXd at_origin = velocities(model, Eigen::VectorXd::Zero(dimension));
+    const Eigen::VectorXd unknowns =
+        Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>{at_origin}.solve(push);
+    violations.expect(close(Eigen::VectorXd{at_origin * unknowns}, push, 1e-9),
+                      "a translation is no motion of the model");
+  }
+  for (index_t q = 0; q < options.queries; ++q) {
+    random_stream random{options.seed, static_cast<std::uint64_t>(q)};
+    const auto some = [&](index_t n) {
+      Eigen::VectorXd v(n);
+      for (auto& x : v) x = random.uniform(-1, 1);
+      return v;
+    };
+    const Eigen::VectorXd a = some(dimension), b = some(dimension), delta = some(u);
+    const Eigen::MatrixXd at_a = velocities(model, a);
+    violations.expect(close(Eigen::MatrixXd{(at_a + velocities(model, b)) / 2},
+                            velocities(model, Eigen::VectorXd{(a + b) / 2}), 1e-9),
+                      "velocities are not affine in the point");
+    Eigen::VectorXd row(u);
+    model.pull_back(a, b, row.data());
+    violations.expect(close(row, Eigen::VectorXd{at_a.transpose() * b}, 1e-9),
+                      "pull_back is not linear in the gradient");
+    constexpr double h = 1e-6;
+    const auto ahead = model.step(h * delta, dimension), behind = model.step(-h * delta, dimension);
+    const Eigen::VectorXd velocity =
+        (ahead.linear * a + ahead.translation - behind.linear * a - behind.translation) / (2 * h);
+    violations.expect(close(velocity, Eigen::VectorXd{at_a * delta}, 1e-6),
+                      "a step has not the velocity that pull_back says");
+    if constexpr (requires { model.normalize(still.linear); }) {
+      const auto step = model.step(0.1 * delta, dimension);
+      violations.expect(close(Eigen::MatrixXd{model.normalize(step.linear)}, step.linear, 1e-9),
+                        "normalize changes what a step has made");
+    }
+  }
+  return violations.take();
+}
+
+/// Tests a feature space of yours under a transform: as many scalars as a target feature has, and
+/// the same each time.
+export template <class F, class T>
+  requires FeatureSpace<F, T>
+[[nodiscard]] std::vector<std::string> check_feature_space(const F& space, const T& transform) {
+  using S = typename T::Scalar;
+  violation_list violations;
+  const index_t rows = space.target().dimension();
+  const auto move = space.moved_by(transform);
+  constexpr S untouched = S(-12345.5);
+  using features = Eigen::Matrix<S, dynamic, 1>;
+  for (index_t i = 0; i < space.source_size(); ++i) {
+    features first = features::Constant(rows + 1, untouched), second = first;
+    second[0] = 0;
+    move(i, first.data());
+    move(i, second.data());
+    violations.expect(first.head(rows) == second.head(rows) || !is_finite(first.head(rows)),
+                      "two calls for the same differ");
+    violations.expect(first[rows] == untouched,
+                      "more is written than a target feature has scalars");
+    violations.expect(rows == 0 || first[rows - 1] != untouched,
+                      "less is written than a target feature has scalars");
+  }
+  return violations.take();
+}
+
+}  // namespace cilantro

@@ -5,7 +5,6 @@ module;
 #include <optional>
 #include <span>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "core/closed_spaces.hpp"
@@ -77,40 +76,6 @@ icp_result<T> align_scales(
   return result;
 }
 
-namespace {
-
-using kernel = std::function<double(double)>;
-
-template <class Term>
-weighted_term<Term, unit_weight, kernel> with_kernel(const Term& term, const kernel& robust) {
-  return {term, 1, {}, robust};
-}
-template <class Term>
-weighted_term<Term, unit_weight, kernel> with_kernel(const weighted_term<Term>& term,
-                                                     const kernel& robust) {
-  return {term.term, term.weight, {}, robust};
-}
-template <class A, class B>
-auto with_kernel(const combined_metric<A, B>& sum, const kernel& robust) {
-  return combined_metric{with_kernel(sum.template term<0>(), robust),
-                         with_kernel(sum.template term<1>(), robust)};
-}
-
-}  // namespace
-
-template <Parameterization Model, Scalar S, int D>
-auto align_closed(const align_input<S, D>& source, const align_input<S, D>& target,
-                  const typename Model::template transform<S, D>& initial,
-                  const align_options<typename Model::template transform<S, D>>& o)
-    -> icp_result<typename Model::template transform<S, D>> {
-  return std::visit(
-      [&](const auto& metric) {
-        if (!o.robust) return align_with<Model>(source, target, metric, initial, o);
-        return align_with<Model>(source, target, with_kernel(metric, o.robust), initial, o);
-      },
-      o.metric);
-}
-
 #define CILANTRO_INSTANTIATE(S, D)                                                               \
   template prepared_surface<S, D> prepare(const align_input<S, D>&, double, bool,                \
                                           const neighborhood_spec&, const execution&);           \
@@ -128,10 +93,10 @@ CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 #define CILANTRO_INSTANTIATE(S, D)                                                       \
-  template icp_result<rigid_transform<S, D>> align_closed<rigid_motion, S, D>(           \
+  template icp_result<rigid_transform<S, D>> align_by_options<rigid_motion, S, D>(       \
       const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,  \
       const align_options<rigid_transform<S, D>>&);                                      \
-  template icp_result<affine_transform<S, D>> align_closed<affine_motion, S, D>(         \
+  template icp_result<affine_transform<S, D>> align_by_options<affine_motion, S, D>(     \
       const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&, \
       const align_options<affine_transform<S, D>>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)

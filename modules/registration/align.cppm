@@ -139,12 +139,36 @@ template <Parameterization Model, Scalar S, int D, class Metric>
       });
 }
 
-/// With the metric and the kernel of the options; compiled in the library.
+using kernel_function = std::function<double(double)>;
+
+template <class Term>
+[[nodiscard]] auto with_kernel(const Term& term, const kernel_function& robust) {
+  return weighted_term<Term, unit_weight, kernel_function>{term, 1, {}, robust};
+}
+template <class Term>
+[[nodiscard]] auto with_kernel(const weighted_term<Term>& part, const kernel_function& robust) {
+  return weighted_term<Term, unit_weight, kernel_function>{part.term, part.weight, {}, robust};
+}
+template <class A, class B>
+[[nodiscard]] auto with_kernel(const combined_metric<A, B>& sum, const kernel_function& robust) {
+  return combined_metric{with_kernel(sum.template term<0>(), robust),
+                         with_kernel(sum.template term<1>(), robust)};
+}
+
+/// With the metric and the kernel of the options. Compiled in the library for the shipped motions.
 template <Parameterization Model, Scalar S, int D>
-[[nodiscard]] auto align_closed(const align_input<S, D>& source, const align_input<S, D>& target,
-                                const typename Model::template transform<S, D>& initial,
-                                const align_options<typename Model::template transform<S, D>>& o)
-    -> icp_result<typename Model::template transform<S, D>>;
+[[nodiscard]] auto align_by_options(
+    const align_input<S, D>& source, const align_input<S, D>& target,
+    const typename Model::template transform<S, D>& initial,
+    const align_options<typename Model::template transform<S, D>>& o)
+    -> icp_result<typename Model::template transform<S, D>> {
+  return std::visit(
+      [&](const auto& metric) {
+        if (!o.robust) return align_with<Model>(source, target, metric, initial, o);
+        return align_with<Model>(source, target, with_kernel(metric, o.robust), initial, o);
+      },
+      o.metric);
+}
 
 /// A surface and where it lies, in the dimension that the library is compiled for.
 template <int C, SurfaceSource P>
@@ -241,7 +265,7 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
   return align_any<Model>(
       source, target, options,
       [](const auto& moving, const auto& onto, const auto& initial, const auto& o) {
-        return align_closed<Model>(moving, onto, initial, o);
+        return align_by_options<Model>(moving, onto, initial, o);
       });
 }
 /// With a metric of yours, or any composition; the metric of the options has no meaning here.
@@ -293,12 +317,12 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 
-#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                \
-  extern template icp_result<rigid_transform<S, D>> align_closed<rigid_motion, S, D>(    \
-      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,  \
-      const align_options<rigid_transform<S, D>>&);                                      \
-  extern template icp_result<affine_transform<S, D>> align_closed<affine_motion, S, D>(  \
-      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&, \
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                   \
+  extern template icp_result<rigid_transform<S, D>> align_by_options<rigid_motion, S, D>(   \
+      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,     \
+      const align_options<rigid_transform<S, D>>&);                                         \
+  extern template icp_result<affine_transform<S, D>> align_by_options<affine_motion, S, D>( \
+      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,    \
       const align_options<affine_transform<S, D>>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE

@@ -21,7 +21,8 @@ export struct motion_step {
 /// `step(δ, dimension)` is a finite motion with that velocity where δ is 0. `normalize(linear)` is
 /// optional, and takes rounding out of the linear part of a transform. Every translation must be a
 /// possible motion, so that motions may be written around any centre. All of it is pure; the point
-/// type is any Eigen vector of double. `transform<S, D>` is the type of transform that it yields.
+/// type is any Eigen vector of double. `transform<S, D>` is the type of transform that it yields,
+/// `rigid_transform` or `affine_transform`.
 /// Models: `rigid_motion`, `affine_motion`; `check_parameterization` tests yours.
 export template <class P>
 concept Parameterization =

@@ -176,6 +176,7 @@ TEST_CASE("a plane, a sphere, a cylinder and a line leave free what they leave f
   CHECK(free_of(plane, 2, point_to_point{}) == 1);  // Two points: turning about both of them.
   CHECK(free_of(plane, 1, point_to_point{}) == 3);
   CHECK(free_of(plane, 300, symmetric{}) == 3);
+  CHECK(free_of(plane, 300, generalized_icp{}) == 3);
 }
 
 TEST_CASE_TEMPLATE("what pairs of points leave open stays as it is", S, float, double) {
@@ -448,9 +449,9 @@ TEST_CASE_TEMPLATE("the same bits for any number of threads", S, float, double) 
 TEST_CASE_TEMPLATE("from within the basin, a moved, noisy part is brought back", T, test::f2,
                    test::f3, test::d2, test::d3) {
   using S = typename T::scalar;
-  constexpr double angle = T::dimension == 2 ? 0.35 : 0.15, length = 0.2, noise = 0.003;
+  constexpr double angle = T::dimension == 2 ? 0.35 : 0.2, length = 0.2, noise = 0.003;
   const auto target = test::bumpy_surface<T>(3000);
-  int found_by_plane = 0, found_by_points = 0, found_by_symmetric = 0;
+  int converged = 0, found_by_plane = 0, found_by_points = 0, found_by_symmetric = 0;
   constexpr int cases = 50;
   for (int seed = 0; seed < cases; ++seed) {
     // Other points of the same surface, a quarter of it cut off.
@@ -464,14 +465,18 @@ TEST_CASE_TEMPLATE("from within the basin, a moved, noisy part is brought back",
     const auto is_found = [&](const metric_choice& metric, double tolerance) {
       const auto found =
           align(source, target, {.metric = metric, .max_distance = 0.5, .max_iterations = 60});
-      return found.converged() && test::difference(found.transform, truth) < tolerance;
+      converged += found.converged();
+      return test::difference(found.transform, truth) < tolerance;
     };
     found_by_plane += is_found(point_to_plane{}, 0.005);
     found_by_symmetric += is_found(symmetric{}, 0.005);
-    found_by_points += is_found(point_to_point{}, 0.2);
+    found_by_points += is_found(point_to_point{}, 0.1);
   }
-  MESSAGE("found of 50 by planes, symmetric, points: "
-          << found_by_plane << ' ' << found_by_symmetric << ' ' << found_by_points);
+  MESSAGE("found by planes: " << found_by_plane << ", symmetric: " << found_by_symmetric
+                              << ", points: " << found_by_points << " of 50; converged "
+                              << converged << " of 150");
   CHECK(found_by_plane == cases);
   CHECK(found_by_symmetric == cases);
+  // Points hold each other back where the surface slides: they need closer starts and more time.
+  CHECK(found_by_points >= cases / 2);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// message: 'Parameterization<
+// message: does not satisfy 'Parameterization'
 import cilantro;
 
 struct no_motion {

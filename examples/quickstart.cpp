@@ -1,36 +1,57 @@
 // SPDX-License-Identifier: MIT
 //
-// From a scan to a processed cloud: quickstart [scan.ply | depth.png]
+// From two scans to one processed cloud: quickstart [scan.ply | depth.png [second]]
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <utility>
 
 import cilantro;
 import scan_io;
 using namespace cilantro;
 
+/// The same scan from elsewhere, for a user who has only one.
+scan moved(scan one, double distance) {
+  one.cloud = one.cloud | transform(Eigen::Translation3f{float(distance), 0, 0} *
+                                    Eigen::AngleAxisf{0.03f, Eigen::Vector3f::UnitY()} *
+                                    Eigen::Isometry3f::Identity());
+  return one;
+}
+
 int main(int argc, char** argv) try {
   pipeline_report report;
-  scan input = argc > 1 ? open_scan(argv[1]) : simulated_scan();
-  const double voxel = diagonal(input.cloud) / 300;
-  const Eigen::Vector3f eye = input.camera.to_world.translation();
+  scan first = argc > 1 ? open_scan(argv[1]) : simulated_scan(0);
+  const double voxel = diagonal(first.cloud) / 300;
+  scan second = argc > 2   ? open_scan(argv[2])
+                : argc > 1 ? moved(first, 3 * voxel)
+                           : simulated_scan(2);
+  const Eigen::Vector3f eye = first.camera.to_world.translation();
 
   std::filesystem::create_directory("out");
+  const auto prepare =
+      remove_invalid() | voxel_downsample(voxel) | estimate_normals(knn{10}, {.viewpoint = eye});
+  const auto target = std::move(first.cloud) | report_to(report, "read") | prepare |
+                      report_to(report, "clean, downsample, normals");
+  const auto source = std::move(second.cloud) | prepare;
+
+  icp_result<Eigen::Isometry3f> found;
   // clang-format off
-  const auto result = std::move(input.cloud)
-      | report_to(report, "read")
-      | remove_invalid()
-      | report_to(report, "remove invalid")
-      | voxel_downsample(voxel)
-      | report_to(report, "voxel downsample")
-      | estimate_normals(knn{10}, {.viewpoint = eye})
-      | report_to(report, "normals and curvature")
+  const auto aligned = source
+      | report_to(report, "the same of a second scan")
+      | align_to(target, {.scales = {{4 * voxel, 20 * voxel}, {0, 5 * voxel}}}, &found)
+      | report_to(report, "align");
+  append(target, aligned)
       | write_ply("out/cloud.ply")
       | report_to(report, "write out/cloud.ply");
   // clang-format on
 
-  write_png(shaded(result, input.camera, voxel), "out/cloud.png");
-  std::cout << report << "voxels of " << voxel << "; the picture is out/cloud.png\n";
+  write_png(side_by_side(in_two_colors(target, source, first.camera, voxel),
+                         in_two_colors(target, aligned, first.camera, voxel)),
+            "out/cloud.png");
+  std::cout << report << "aligned: " << found.status << " after " << found.iterations
+            << " iterations, " << found.pairs << " pairs, overlap " << found.overlap << ", rmse "
+            << found.rmse << ", " << found.undetermined << " undetermined directions\n"
+            << "voxels of " << voxel << "; before and after are in out/cloud.png\n";
 } catch (const std::exception& error) {
   std::cerr << "quickstart: " << error.what() << '\n';
   return 1;

@@ -33,10 +33,11 @@ export double diagonal(const cilantro::point_cloud<float, 3>& cloud) {
   return length > 0 ? length : 1;
 }
 
-/// One frame of the simulated depth camera, with the noise of a real one.
-export scan simulated_scan() {
-  const auto frame = simulate(0, {.noise = 0.0005, .longest_range = 4.5});
-  const auto& c = frame.camera;
+/// One frame of the simulated depth camera, with the noise of a real one, in the coordinates of the
+/// camera of the first one: after `step` steps, as if they had not been made.
+export scan simulated_scan(int step = 0) {
+  const auto frame = simulate(step, {.noise = 0.0005, .longest_range = 4.5});
+  const auto c = simulated_camera(0, {});
   scan result{.camera = {c.width, c.height, float(c.fx), float(c.fy), float(c.cx), float(c.cy),
                          c.to_world.cast<float>()}};
   result.cloud.points = cilantro::unproject(frame.depth, result.camera);
@@ -100,4 +101,32 @@ export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 
             static_cast<std::uint8_t>(255 * light * tint[c] + 0.5f);
     }
   return picture;
+}
+
+/// Two clouds in one picture, the first orange and the second blue.
+export cilantro::image<cilantro::rgb> in_two_colors(const cilantro::point_cloud<float, 3>& first,
+                                                    const cilantro::point_cloud<float, 3>& second,
+                                                    const cilantro::pinhole_camera<float>& camera,
+                                                    double size) {
+  const bool have_normals = first.has_normals() && second.has_normals();
+  const auto painted = [&](const cilantro::point_cloud<float, 3>& cloud,
+                           const Eigen::Vector3f& color) {
+    cilantro::point_cloud<float, 3> plain{.points = cloud.points,
+                                          .colors = color.replicate(1, cloud.points.cols())};
+    if (have_normals) plain.normals = cloud.normals;
+    plain.origin = cloud.origin;
+    return plain;
+  };
+  return shaded(append(painted(first, {1.0f, 0.6f, 0.2f}), painted(second, {0.3f, 0.6f, 1.0f})),
+                camera, size);
+}
+
+/// Two pictures of the same height, side by side.
+export cilantro::image<cilantro::rgb> side_by_side(const cilantro::image<cilantro::rgb>& left,
+                                                   const cilantro::image<cilantro::rgb>& right) {
+  cilantro::image<cilantro::rgb> both(left.width() + right.width(), left.height());
+  for (int y = 0; y < both.height(); ++y)
+    for (int x = 0; x < both.width(); ++x)
+      both(x, y) = x < left.width() ? left(x, y) : right(x - left.width(), y);
+  return both;
 }

@@ -10,3 +10,4 @@ class App;
 void add_info(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_run(CLI::App& app);
+void add_align(CLI::App& app);

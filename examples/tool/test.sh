@@ -42,6 +42,26 @@ expect 0 '' "$cilantro" run out.ply random=100:3 farthest=9 uniform=5 lonely=100
 [ "$(grep -vc '^#' few.xyz)" = 5 ] || fail 'five points were not kept'
 head -c 4 out.png | grep -q PNG || fail 'the picture is no PNG file'
 
+# Align a cloud that has been moved, and look at what is said about it.
+expect 0 'status: "converged"' "$cilantro" align scan.ply scan.ply --metric point-to-plane --voxel 0.03 --max-distance 0.2
+"$cilantro" align scan.ply scan.ply --voxel 0.03 --max-distance 0.2 --json -o moved.ply --picture both.png | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert list(found) == ["transform", "status", "converged", "iterations", "pairs", "overlap", "rmse", "unobservable"]
+assert found["converged"] and found["overlap"] == 1 and found["unobservable"] == []
+assert len(found["transform"]) == 4 and all(len(row) == 4 for row in found["transform"])'
+expect 0 'points: ' "$cilantro" info moved.ply
+# A plane slides in itself.
+for i in $(seq 0 19); do for j in $(seq 0 19); do echo "$i $j 0"; done; done > plane.xyz
+"$cilantro" align plane.xyz plane.xyz --json | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert found["status"] == "degenerate" and not found["converged"] and len(found["unobservable"]) == 3'
+sed 's/ 0$/ 900/' plane.xyz > far.xyz
+expect 1 'too few pairs' "$cilantro" align far.xyz plane.xyz --max-distance 1
+expect 2 'try --help' "$cilantro" align plane.xyz plane.xyz --metric nonsense
+expect 2 'required' "$cilantro" align plane.xyz
+
 expect 1 'missing.ply: cannot be read' "$cilantro" info missing.ply
 expect 1 'does not end in .ply' "$cilantro" convert scan.ply a.las
 expect 1 'is not a PLY file' bash -c "echo nonsense > bad.ply; '$cilantro' info bad.ply"

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "depth_options.hpp"
+
+import cilantro;
+import scan_io;
+import tool;
+using namespace cilantro;
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+const std::map<std::string, metric_choice> metrics{{"point-to-plane", point_to_plane{}},
+                                                   {"point-to-point", point_to_point{}},
+                                                   {"symmetric", symmetric{}},
+                                                   {"generalized-icp", generalized_icp{}}};
+
+struct align_settings {
+  std::string source, target, output, picture, metric = "point-to-plane";
+  double voxel = 0, max_distance = std::numeric_limits<double>::infinity(), robust = 0;
+  int iterations = 50, threads = 0;
+  index_t normals = 10;
+  bool reciprocal = false, as_json = false, quiet = false;
+  depth_settings depth;
+};
+
+align_options<Eigen::Isometry3f> options_of(const align_settings& settings) {
+  align_options<Eigen::Isometry3f> options{.metric = metrics.at(settings.metric),
+                                           .max_iterations = settings.iterations,
+                                           .scales = {{settings.voxel, settings.max_distance}},
+                                           .normals = knn{settings.normals},
+                                           .reciprocal = settings.reciprocal,
+                                           .threads = settings.threads};
+  if (settings.robust > 0) options.robust = huber{settings.robust};
+  return options;
+}
+
+/// Between the coordinates of the files, where clouds have origins.
+Eigen::Matrix4d in_the_world(const Eigen::Isometry3f& found, const Eigen::Vector3d& origin) {
+  Eigen::Matrix4d matrix = found.matrix().cast<double>();
+  matrix.topRightCorner<3, 1>() += origin - matrix.topLeftCorner<3, 3>() * origin;
+  return matrix;
+}
+
+json describe(const icp_result<Eigen::Isometry3f>& found, const Eigen::Vector3d& origin) {
+  json description{{"transform", json::array()},
+                   {"status", to_string(found.status)},
+                   {"converged", found.converged()},
+                   {"iterations", found.iterations},
+                   {"pairs", found.pairs},
+                   {"overlap", found.overlap},
+                   {"rmse", found.rmse},
+                   {"unobservable", json::array()}};
+  const Eigen::Matrix4d matrix = in_the_world(found.transform, origin);
+  for (const auto& row : matrix.rowwise())
+    description["transform"].push_back({row[0], row[1], row[2], row[3]});
+  const Eigen::MatrixXd twists = found.unobservable_directions();
+  for (const auto& twist : twists.colwise())
+    description["unobservable"].push_back(std::vector<double>(twist.begin(), twist.end()));
+  return description;
+}
+
+void print(const json& description) {
+  for (const auto& row : description["transform"]) {
+    for (const double value : row) std::printf("%14.8f", value);
+    std::printf("\n");
+  }
+  for (const auto& [key, value] : description.items())
+    if (key != "transform") std::cout << key << ": " << value.dump() << '\n';
+}
+
+void run(const align_settings& settings) {
+  const auto source = read_input(settings.source, settings.depth, settings.quiet).cloud;
+  const auto target = read_input(settings.target, settings.depth, settings.quiet).cloud;
+  icp_result<Eigen::Isometry3f> found;
+  const auto aligned = [&] {
+    progress_line line{"aligning", settings.quiet};
+    auto options = options_of(settings);
+    options.monitor = line.monitor();
+    return align_to(source, target, options, &found);
+  }();
+  const auto description = describe(found, target.origin);
+  if (settings.as_json)
+    std::cout << description.dump(2) << '\n';
+  else
+    print(description);
+  if (found.status == icp_status::too_few_pairs)
+    throw std::runtime_error{
+        "no transform was found: there are too few pairs; try another --max-distance"};
+  if (!settings.output.empty()) write_cloud(aligned, settings.output);
+  if (!settings.picture.empty())
+    write_png(in_two_colors(target, aligned, camera_in_front_of(target), diagonal(target) / 300),
+              settings.picture);
+}
+
+}  // namespace
+
+void add_align(CLI::App& app) {
+  const auto settings = std::make_shared<align_settings>();
+  auto* command = app.add_subcommand("align", "Moves one cloud onto another");
+  command->add_option("SOURCE", settings->source, "What is moved")->required();
+  command->add_option("TARGET", settings->target, "What it is moved onto")->required();
+  std::vector<std::string> names;
+  for (const auto& [name, metric] : metrics) names.push_back(name);
+  command->add_option("--metric", settings->metric, "What is made small")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  command->add_option("--voxel", settings->voxel, "Reduce both to one point a cell of this edge")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--max-distance", settings->max_distance,
+                   "Points farther apart are no pair; no limit if it is left out")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--iterations", settings->iterations, "At most")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--normals", settings->normals, "Neighbours for normals that are missing")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--robust", settings->robust, "Scale of a Huber kernel of the residuals")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--reciprocal", settings->reciprocal,
+                    "Only pairs of mutual nearest neighbours");
+  command->add_option("-o,--output", settings->output,
+                      "The moved source; its ending says the format");
+  command->add_option("--picture", settings->picture, "Both in two colours, as PNG");
+  add_depth_options(*command, settings->depth);
+  command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--json", settings->as_json, "The result as one JSON object");
+  command->add_flag("--quiet", settings->quiet, "No progress");
+  command->callback([settings] { run(*settings); });
+}

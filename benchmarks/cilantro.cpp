@@ -100,23 +100,21 @@ void outliers(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(outliers);
 
-/// From trees to the last iteration; the result is how far the source was moved, in millimetres.
-void icp_point_to_plane(benchmark::State& state) {
+/// From trees to the last iteration.
+void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
   const auto view = [](const std::vector<float>& all) {
     return points_view<float, 3>{all.data(), std::ssize(all) / 3};
   };
-  const auto target = read_floats("target.f32"), normals = read_floats("target_normals.f32"),
-             source = read_floats("source.f32");
-  double moved = 0;
-  for (auto _ : state) {
-    const auto found = align(
-        surface_view<float, 3>{view(source)}, surface_view<float, 3>{view(target), view(normals)},
-        {.max_distance = align_max_distance, .max_iterations = align_iterations, .tolerance = 0});
-    moved = 1000 * double(found.transform.translation().norm());
-  }
-  report_result(state, moved);
+  Eigen::Isometry3f found;
+  for (auto _ : state)
+    found =
+        align(
+            surface_view<float, 3>{view(pair.source)},
+            surface_view<float, 3>{view(pair.target), view(pair.target_normals)},
+            {.max_distance = pair.max_distance, .max_iterations = pair.iterations, .tolerance = 0})
+            .transform;
+  report_pose(state, pair, [&](int i, int k) { return double(found.matrix()(i, k)); });
 }
-CILANTRO_BENCHMARK(icp_point_to_plane);
 
 void depth_to_points(benchmark::State& state) {
   const pinhole_camera<float> camera{image_width,  image_height,    focal_length,
@@ -168,4 +166,6 @@ CILANTRO_BENCHMARK(pcd_write);
 
 }  // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  return run_benchmarks(argc, argv, icp_point_to_plane);
+}

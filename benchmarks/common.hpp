@@ -5,6 +5,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -19,9 +22,6 @@ inline constexpr int neighbor_count = 10;
 /// What statistical outlier removal is asked with.
 inline constexpr int outlier_neighbors = 20;
 inline constexpr double outlier_deviations = 2;
-/// How one frame is aligned with another.
-inline constexpr double align_max_distance = 0.05;
-inline constexpr int align_iterations = 15;
 /// The depth image of depth.u16.
 inline constexpr int image_width = 640, image_height = 480;
 inline constexpr float focal_length = 585;
@@ -59,9 +59,71 @@ inline const std::vector<std::uint16_t>& depth_image() {
   return pixels;
 }
 
+/// Two scans to be aligned by point-to-plane ICP: coordinates of one point after another.
+struct registration_pair {
+  std::string name;
+  double max_distance = 0;
+  int iterations = 0;
+  std::vector<float> source, target, target_normals;
+  std::array<double, 16> truth = {};  ///< From the source to the target, row by row.
+};
+
+inline const std::vector<registration_pair>& registration_pairs() {
+  static const std::vector<registration_pair> pairs = [] {
+    std::vector<registration_pair> all;
+    std::ifstream in{data_path("pairs.txt")};
+    for (registration_pair pair; in >> pair.name >> pair.max_distance >> pair.iterations;) {
+      for (double& x : pair.truth) in >> x;
+      pair.source = read_floats((pair.name + "_source.f32").c_str());
+      pair.target = read_floats((pair.name + "_target.f32").c_str());
+      pair.target_normals = read_floats((pair.name + "_normals.f32").c_str());
+      all.push_back(pair);
+    }
+    return all;
+  }();
+  return pairs;
+}
+
 /// A number that programs which did the same work agree on.
 inline void report_result(benchmark::State& state, double result) {
   state.counters["result"] = result;
+}
+
+/// What has been found, by `at(row, column)`: how far the source was moved, in millimetres, which
+/// all should agree on; and how far that is from the truth.
+template <class At>
+void report_pose(benchmark::State& state, const registration_pair& pair, At at) {
+  double moved = 0, off = 0, trace = 0;
+  for (int i = 0; i < 3; ++i) {
+    const double difference = at(i, 3) - pair.truth[std::size_t(4 * i + 3)];
+    moved += at(i, 3) * at(i, 3);
+    off += difference * difference;
+    for (int k = 0; k < 3; ++k) trace += at(i, k) * pair.truth[std::size_t(4 * i + k)];
+  }
+  report_result(state, 1000 * std::sqrt(moved));
+  state.counters["error_mm"] = 1000 * std::sqrt(off);
+  state.counters["error_deg"] =
+      std::acos(std::fmin(1.0, std::fmax(-1.0, (trace - 1) / 2))) * 180 / 3.14159265358979;
+}
+
+/// A benchmark `icp_NAME` for each pair of scans.
+template <class F>
+void register_icp(F run) {
+  for (const auto& pair : registration_pairs())
+    benchmark::RegisterBenchmark(("icp_" + pair.name).c_str(),
+                                 [run, &pair](benchmark::State& state) { run(state, pair); })
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime()
+        ->MeasureProcessCPUTime();
+}
+
+/// In place of BENCHMARK_MAIN, since pairs are known at run time.
+template <class F>
+int run_benchmarks(int argc, char** argv, F icp) {
+  benchmark::Initialize(&argc, argv);
+  register_icp(icp);
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
 }
 
 #define CILANTRO_BENCHMARK(function) \

@@ -14,6 +14,7 @@ import sys
 folder, threads = pathlib.Path(sys.argv[1]), sys.argv[2]
 times = collections.defaultdict(lambda: collections.defaultdict(list))
 results = collections.defaultdict(dict)
+errors = collections.defaultdict(dict)
 for path in sorted(folder.glob("*.json")):
     library = path.name.split(".")[0]
     text = path.read_text()
@@ -22,6 +23,8 @@ for path in sorted(folder.glob("*.json")):
             task = run["name"].split("/")[0]
             times[task][library].append(run["real_time"])
             results[task][library] = run.get("result")
+            if "error_mm" in run:
+                errors[task][library] = f'{run["error_mm"]:.3f} mm {run["error_deg"]:.4f} deg'
 
 libraries = sorted({library for task in times.values() for library in task},
                    key=lambda name: (name != "cilantro", name))
@@ -43,3 +46,8 @@ for task, by_library in times.items():
                 cell += f" ≠{other / mine:.3f}"
         line += f"{cell:>22}"
     print(line)
+
+if errors:
+    print("\nfrom the recorded pose")
+    for task, by_library in errors.items():
+        print(f"{task:14}" + "".join(f"{by_library.get(library, ''):>26}" for library in libraries))

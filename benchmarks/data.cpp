@@ -19,14 +19,86 @@ void write_floats(const std::filesystem::path& path, const Eigen::Matrix3Xf& val
                                               values.size() * std::streamsize(sizeof(float)));
 }
 
-/// Ten frames apart, in the coordinates of the camera, in voxels of a centimetre.
-point_cloud<float, 3> frame_to_align(const std::filesystem::path& real, bool is_source) {
-  const auto file = real / (std::string{"rgbd/7scenes_1000/frame-0000"} +
-                            (is_source ? "10" : "00") + ".depth.png");
-  const auto depth = std::filesystem::exists(file)
-                         ? read_depth_png(file)
-                         : simulate(is_source ? 2 : 0, {.noise = 0.001}).depth;
-  return cloud_from_depth(depth, kinect) | voxel_downsample(0.01);
+using cloud_type = point_cloud<float, 3>;
+
+/// Writes pairs of scans, and the list of them.
+class pair_writer {
+ public:
+  explicit pair_writer(const std::filesystem::path& folder)
+      : folder_{folder}, list_{folder / "pairs.txt"} {}
+
+  void write(const std::string& name, const cloud_type& source, const cloud_type& target,
+             double max_distance, int iterations, const Eigen::Isometry3d& truth) {
+    const auto with_normals = target | estimate_normals(knn{10});
+    write_floats(folder_ / (name + "_source.f32"), source.points);
+    write_floats(folder_ / (name + "_target.f32"), with_normals.points);
+    write_floats(folder_ / (name + "_normals.f32"), with_normals.normals);
+    list_ << name << ' ' << max_distance << ' ' << iterations;
+    for (int i = 0; i < 16; ++i) list_ << ' ' << truth.matrix()(i / 4, i % 4);
+    list_ << '\n';
+  }
+
+ private:
+  std::filesystem::path folder_;
+  std::ofstream list_;
+};
+
+Eigen::Isometry3d matrix_in(const std::filesystem::path& path) {
+  std::ifstream in{path};
+  Eigen::Isometry3d matrix;
+  for (int i = 0; i < 16; ++i) in >> matrix.matrix()(i / 4, i % 4);
+  return matrix;
+}
+
+void write_kinect_pairs(const std::filesystem::path& frames, pair_writer& out) {
+  const auto name = [&](const char* number, const char* what) {
+    return frames / (std::string{"frame-0000"} + number + what);
+  };
+  const auto frame = [&](const char* number) {
+    return cloud_from_depth(read_depth_png(name(number, ".depth.png")), kinect) |
+           voxel_downsample(0.01);
+  };
+  const auto target = frame("00");
+  for (const char* number : {"01", "10", "20"})
+    out.write(std::string{"kinect_"} + number, frame(number), target, 0.05, 15,
+              matrix_in(name("00", ".pose.txt")).inverse() * matrix_in(name(number, ".pose.txt")));
+}
+
+/// Scans of the bunny where they belong (bun.conf: p_world = R(q)ᵀ p + t), the second pushed away.
+void write_bunny_pair(const std::filesystem::path& scans, pair_writer& out) {
+  Eigen::Isometry3f pose = Eigen::Isometry3f::Identity();
+  pose.linear() = Eigen::Quaternionf{0.955586f, 0.00548449f, -0.294635f, -0.0038555f}
+                      .normalized()
+                      .toRotationMatrix()
+                      .transpose();
+  pose.translation() << -0.0520211f, -0.000383981f, -0.0109223f;
+  Eigen::Isometry3f push = Eigen::Isometry3f::Identity();
+  push.linear() =
+      Eigen::AngleAxisf{0.05f, Eigen::Vector3f{1, 2, 3}.normalized()}.toRotationMatrix();
+  push.translation() << 0.002f, -0.002f, 0.001f;
+  out.write(
+      "bunny",
+      read_ply<float>(scans / "bun045.ply") | transform(push * pose) | voxel_downsample(0.001),
+      read_ply<float>(scans / "bun000.ply") | voxel_downsample(0.001), 0.01, 30,
+      Eigen::Isometry3d{push.inverse().matrix().cast<double>()});
+}
+
+void write_lidar_pair(const std::filesystem::path& scans, pair_writer& out) {
+  out.write("lidar", read_ply<float>(scans / "source.ply") | voxel_downsample(0.25),
+            read_ply<float>(scans / "target.ply") | voxel_downsample(0.25), 1, 30,
+            matrix_in(scans / "T_target_source.txt"));
+}
+
+/// For who has none of these.
+void write_simulated_pair(pair_writer& out) {
+  const auto scan = [](int step) {
+    const auto frame = simulate(step, {.noise = 0.001});
+    auto camera = frame.camera;
+    camera.to_world.setIdentity();
+    return cast<float>(cloud_from_depth(frame.depth, camera)) | voxel_downsample(0.01);
+  };
+  out.write("simulated", scan(2), scan(0), 0.05, 15,
+            simulated_camera(0, {}).to_world.inverse() * simulated_camera(2, {}).to_world);
 }
 
 }  // namespace
@@ -34,10 +106,14 @@ point_cloud<float, 3> frame_to_align(const std::filesystem::path& real, bool is_
 int main(int, char** argv) {
   const std::filesystem::path folder = argv[1], real = CILANTRO_TEST_DATA;
 
-  const auto target = frame_to_align(real, false) | estimate_normals(knn{10});
-  write_floats(folder / "target.f32", target.points);
-  write_floats(folder / "target_normals.f32", target.normals);
-  write_floats(folder / "source.f32", frame_to_align(real, true).points);
+  pair_writer pairs{folder};
+  write_simulated_pair(pairs);
+  if (const auto frames = real / "rgbd/7scenes_1000"; std::filesystem::exists(frames))
+    write_kinect_pairs(frames, pairs);
+  if (const auto scans = real / "registration"; std::filesystem::exists(scans)) {
+    write_bunny_pair(scans / "stanford_bunny_scans", pairs);
+    write_lidar_pair(scans / "small_gicp", pairs);
+  }
 
   const auto depth_file = real / "rgbd/7scenes_1000/frame-000000.depth.png";
   const bool is_real = std::filesystem::exists(depth_file);

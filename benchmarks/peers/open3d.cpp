@@ -141,31 +141,28 @@ void outliers(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(outliers);
 
-void icp_point_to_plane(benchmark::State& state) {
+void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
   namespace registration = open3d::pipelines::registration;
-  const auto vectors = [](const char* name) {
-    const auto all = read_floats(name);
+  const auto vectors = [](const std::vector<float>& all) {
     std::vector<Eigen::Vector3d> made;
     for (std::size_t i = 0; i < all.size(); i += 3)
       made.emplace_back(double(all[i]), double(all[i + 1]), double(all[i + 2]));
     return made;
   };
   PointCloud source, target;
-  source.points_ = vectors("source.f32");
-  target.points_ = vectors("target.f32");
-  target.normals_ = vectors("target_normals.f32");
-  double moved = 0;
-  for (auto _ : state) {
-    // Negative: it never stops early.
-    const auto found = registration::RegistrationICP(
-        source, target, align_max_distance, Eigen::Matrix4d::Identity(),
-        registration::TransformationEstimationPointToPlane{},
-        registration::ICPConvergenceCriteria{-1, -1, align_iterations});
-    moved = 1000 * found.transformation_.topRightCorner<3, 1>().norm();
-  }
-  report_result(state, moved);
+  source.points_ = vectors(pair.source);
+  target.points_ = vectors(pair.target);
+  target.normals_ = vectors(pair.target_normals);
+  Eigen::Matrix4d found;
+  // Negative: it never stops early.
+  for (auto _ : state)
+    found = registration::RegistrationICP(
+                source, target, pair.max_distance, Eigen::Matrix4d::Identity(),
+                registration::TransformationEstimationPointToPlane{},
+                registration::ICPConvergenceCriteria{-1, -1, pair.iterations})
+                .transformation_;
+  report_pose(state, pair, [&](int i, int k) { return found(i, k); });
 }
-CILANTRO_BENCHMARK(icp_point_to_plane);
 
 void depth_to_points(benchmark::State& state) {
   open3d::geometry::Image depth;

@@ -155,39 +155,37 @@ void outliers(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(outliers);
 
-void icp_point_to_plane(benchmark::State& state) {
+void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
   using with_normals = pcl::PointCloud<pcl::PointNormal>;
-  const auto fill = [](const char* points, const char* normals) {
-    const auto p = read_floats(points), n = normals ? read_floats(normals) : std::vector<float>{};
+  const auto fill = [](const std::vector<float>& p, const std::vector<float>& n) {
     with_normals::Ptr made{new with_normals};
     for (std::size_t i = 0; i < p.size(); i += 3) {
       pcl::PointNormal point;
       point.getVector3fMap() = Eigen::Vector3f{p[i], p[i + 1], p[i + 2]};
-      if (normals) point.getNormalVector3fMap() = Eigen::Vector3f{n[i], n[i + 1], n[i + 2]};
+      if (!n.empty()) point.getNormalVector3fMap() = Eigen::Vector3f{n[i], n[i + 1], n[i + 2]};
       made->push_back(point);
     }
     return made;
   };
-  const auto source = fill("source.f32", nullptr);
-  const auto target = fill("target.f32", "target_normals.f32");
-  double moved = 0;
+  const auto source = fill(pair.source, {});
+  const auto target = fill(pair.target, pair.target_normals);
+  Eigen::Matrix4f found;
   for (auto _ : state) {
     pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal> icp;
     icp.setInputSource(source);
     icp.setInputTarget(target);
-    icp.setMaxCorrespondenceDistance(align_max_distance);
-    icp.setMaximumIterations(align_iterations);
+    icp.setMaxCorrespondenceDistance(pair.max_distance);
+    icp.setMaximumIterations(pair.iterations);
     // Nothing that would stop it early.
     icp.setTransformationEpsilon(-1);
     icp.setEuclideanFitnessEpsilon(-1);
     icp.getConvergeCriteria()->setRelativeMSE(-1);
     with_normals aligned;
     icp.align(aligned);
-    moved = 1000 * double(icp.getFinalTransformation().topRightCorner<3, 1>().norm());
+    found = icp.getFinalTransformation();
   }
-  report_result(state, moved);
+  report_pose(state, pair, [&](int i, int k) { return double(found(i, k)); });
 }
-CILANTRO_BENCHMARK(icp_point_to_plane);
 
 /// The sum of all coordinates of a file, which is read again and again.
 void read(benchmark::State& state, const char* name) {
@@ -222,4 +220,6 @@ CILANTRO_BENCHMARK(pcd_write);
 
 }  // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  return run_benchmarks(argc, argv, icp_point_to_plane);
+}

@@ -126,7 +126,8 @@ TEST_CASE_TEMPLATE("an affine map is found from nearest neighbours", T, test::f2
     const auto found = align<affine_motion>(
         source, target, {.metric = metric, .max_distance = 1, .max_iterations = 200});
     // Planes do not tell an ellipsoid that slides in itself, nor points on a dense curve.
-    if (metric.index() == 1 && T::dimension == 3) CHECK(test::difference(found.transform, truth) < 1e-3);
+    if (metric.index() == 1 && T::dimension == 3)
+      CHECK(test::difference(found.transform, truth) < 1e-3);
     CHECK(found.rmse < 0.03);
   }
 }

@@ -25,7 +25,9 @@ using cloud_type = point_cloud<float, 3>;
 class pair_writer {
  public:
   explicit pair_writer(const std::filesystem::path& folder)
-      : folder_{folder}, list_{folder / "pairs.txt"} {}
+      : folder_{folder}, list_{folder / "pairs.txt"} {
+    list_.precision(17);
+  }
 
   void write(const std::string& name, const cloud_type& source, const cloud_type& target,
              double max_distance, int iterations, const Eigen::Isometry3d& truth) {

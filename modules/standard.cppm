@@ -105,6 +105,7 @@ using std::cmp_less;
 using std::construct_at;
 using std::copy_n;
 using std::declval;
+using std::erase_if;
 using std::exchange;
 using std::exp;
 using std::floor;

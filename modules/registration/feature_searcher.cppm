@@ -49,62 +49,59 @@ class feature_searcher {
     const auto target = space_.target();
     const index_t rows = target.dimension(), n = space_.source_size();
     if (target.empty() || n == 0) return;
-    point_matrix<scalar, feature_dimension> moved(rows, n);
     const auto move = space_.moved_by(transform);
-    parallel_for(n, how(), [&](index_t i) { move(i, moved.data() + i * rows); });
 
     const bool forward =
         options_.reciprocal || options_.direction != search_direction::target_to_source;
     const bool backward =
         options_.reciprocal || options_.direction != search_direction::source_to_target;
-    correspondences<scalar> found, back;
-    if (forward) found = nearest_of(tree_, points_in(moved), false);
-    if (backward) back = nearest_of(tree_type{moved, {.threads = options_.threads}}, target, true);
-    merge(found, back, forward && backward);
-    judge(transform, found);
-    select_correspondences(found, options_);
-    out = std::move(found);
+    if (forward) {
+      out.resize(static_cast<std::size_t>(n));
+      parallel_blocks(n, default_block_size, how(), [&](index_t, index_t begin, index_t end) {
+        point_vector<scalar, feature_dimension> feature(rows);
+        for (index_t s = begin; s < end; ++s) {
+          move(s, feature.data());
+          const auto [t, distance] = tree_.nearest_two(feature)[0];
+          out[static_cast<std::size_t>(s)] = {static_cast<std::int32_t>(t),
+                                              static_cast<std::int32_t>(s), distance};
+        }
+      });
+    }
+    if (backward) {
+      point_matrix<scalar, feature_dimension> moved(rows, n);
+      parallel_for(n, how(), [&](index_t i) { move(i, moved.data() + i * rows); });
+      const tree_type tree{moved, {.threads = options_.threads}};
+      correspondences<scalar> back(static_cast<std::size_t>(target.size()));
+      parallel_for(target.size(), how(), [&](index_t t) {
+        const auto [s, distance] = tree.nearest_two(target[t])[0];
+        back[static_cast<std::size_t>(t)] = {static_cast<std::int32_t>(t),
+                                             static_cast<std::int32_t>(s), distance};
+      });
+      merge(out, back, forward);
+    }
+    std::erase_if(out, [](const auto& pair) { return pair.source < 0 || pair.target < 0; });
+    judge(transform, out);
+    select_correspondences(out, options_);
   }
 
  private:
   using tree_type = kd_tree<scalar, feature_dimension>;
-  using view_type = points_view<scalar, feature_dimension>;
 
   [[nodiscard]] execution how() const { return {.threads = options_.threads}; }
 
-  /// Without a limit on the distance, which is the judge's to apply.
-  correspondences<scalar> nearest_of(const tree_type& tree, view_type queries,
-                                     bool queries_are_targets) const {
-    std::vector<std::array<neighbor<scalar>, 2>> nearest(static_cast<std::size_t>(queries.size()));
-    parallel_for(queries.size(), how(), [&](index_t q) {
-      nearest[static_cast<std::size_t>(q)] = tree.nearest_two(queries[q]);
-    });
-    correspondences<scalar> pairs;
-    for (std::int32_t q = 0; q < queries.size(); ++q) {
-      const auto [index, distance] = nearest[static_cast<std::size_t>(q)][0];
-      const auto i = static_cast<std::int32_t>(index);
-      if (i < 0) continue;
-      if (queries_are_targets)
-        pairs.push_back({q, i, distance});
-      else
-        pairs.push_back({i, q, distance});
-    }
-    return pairs;
-  }
-
   /// What both directions say if pairs are to be reciprocal, otherwise what either of them says.
   void merge(correspondences<scalar>& found, const correspondences<scalar>& back,
-             bool in_both) const {
+             bool have_both) const {
     const auto place = [](const auto& p) { return std::pair{p.source, p.target}; };
     found.insert(found.end(), back.begin(), back.end());
     std::ranges::sort(found, {}, place);
-    correspondences<scalar> merged;
+    std::size_t kept = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
       const bool twice = i + 1 < found.size() && place(found[i]) == place(found[i + 1]);
-      if (twice || !(options_.reciprocal && in_both)) merged.push_back(found[i]);
+      if (twice || !(options_.reciprocal && have_both)) found[kept++] = found[i];
       i += twice;
     }
-    found = std::move(merged);
+    found.resize(kept);
   }
 
   template <class T>

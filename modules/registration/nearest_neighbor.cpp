@@ -137,10 +137,10 @@ void nearest_neighbor_engine<S, D>::find(const map_parts<S, D>& transform,
 
   if (options_.reciprocal) {
     find_forward(transform, memory.sources);
-    std::vector<char> is_wanted(static_cast<std::size_t>(target_.size()));
+    memory.is_wanted.assign(static_cast<std::size_t>(target_.size()), 0);
     for (const std::int32_t t : memory.sources.nearest)
-      if (t >= 0) is_wanted[static_cast<std::size_t>(t)] = 1;
-    find_backward(transform, memory.targets, is_wanted);
+      if (t >= 0) memory.is_wanted[static_cast<std::size_t>(t)] = 1;
+    find_backward(transform, memory.targets, memory.is_wanted);
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s);
           t >= 0 && partner_of(memory.targets, t) == s)

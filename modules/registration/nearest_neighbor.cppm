@@ -42,6 +42,7 @@ export template <Scalar S>
 struct nearest_neighbor_memory {
   std::shared_ptr<const void> owner;
   tracked_queries<S> sources, targets;
+  std::vector<char> is_wanted;  ///< Of the targets, where not all are asked.
 };
 
 /// Compiled in the library.
@@ -95,7 +96,7 @@ class nearest_neighbor_searcher {
   template <AffineMap T>
     requires std::same_as<typename T::Scalar, S>
   void find(const T& transform, memory& known, correspondences<S>& out) const {
-    if (known.owner != engine_) known = {engine_, {}, {}};
+    if (known.owner != engine_) known = {engine_, {}, {}, {}};
     engine_->find(map_parts<S, closed_dimension<D>>{transform}, known, out);
   }
 

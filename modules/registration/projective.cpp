@@ -10,9 +10,9 @@ namespace cilantro {
 template <Scalar S>
 void projective_searcher<S>::find(const map_parts<S, 3>& transform, correspondences<S>& out) const {
   const auto to_camera = camera_.to_world.inverse();
-  std::vector<correspondence<S>> all(static_cast<std::size_t>(source_.size()));
+  out.resize(static_cast<std::size_t>(source_.size()));
   parallel_for(source_.size(), {.threads = options_.threads}, [&](index_t s) {
-    auto& pair = all[static_cast<std::size_t>(s)];
+    auto& pair = out[static_cast<std::size_t>(s)];
     pair = {-1, static_cast<std::int32_t>(s), 0};
     const point_vector<S, 3> p = transform(source_[s]);
     const point_vector<S, 3> ahead = to_camera * p;
@@ -23,9 +23,7 @@ void projective_searcher<S>::find(const map_parts<S, 3>& transform, corresponden
     pair.target = seen_(static_cast<int>(u), static_cast<int>(v));
     if (pair.target >= 0) pair.distance = (p - target_[pair.target]).norm();
   });
-  out.clear();
-  for (const auto& pair : all)
-    if (pair.target >= 0) out.push_back(pair);
+  std::erase_if(out, [](const auto& pair) { return pair.target < 0; });
   select_correspondences(out, options_);
 }
 

@@ -74,6 +74,7 @@ export struct point_to_plane {
 
   template <int D, class Emit>
   void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    if (pair.target_normal.isZero(0)) return;
     emit((pair.point - pair.target).dot(pair.target_normal), pair.target_normal);
   }
 };
@@ -90,6 +91,7 @@ export struct symmetric {
     using vector = typename matched_pair<D>::vector;
     const double side = pair.normal.dot(pair.target_normal) < 0 ? -0.5 : 0.5;
     const vector normal = side * pair.normal + 0.5 * pair.target_normal;
+    if (normal.isZero(0)) return;
     // Both sides turn by half of the rotation, so that it acts midway.
     emit((pair.point - pair.target).dot(normal), normal, vector{0.5 * (pair.point + pair.target)});
   }

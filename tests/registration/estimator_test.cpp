@@ -42,7 +42,47 @@ void check_exactness(const Transform& truth, MakeEstimator make_estimator) {
   CHECK(found.overlap == 1);
 }
 
+/// A solver from outside: every direction a little less than the equations say.
+struct damped_solver {
+  double damping;
+  normal_solution operator()(const normal_equations& equations) const {
+    normal_equations damped = equations;
+    damped.information += damping * equations.motion;
+    auto solution = truncated_solver{}(damped);
+    solution.eigenvalues.array() -= damping;
+    return solution;
+  }
+};
+
 }  // namespace
+
+TEST_CASE("a solver from outside takes the place of the shipped one") {
+  check_exactness<test::d3>(
+      test::random_rigid<test::d3>(3, 0.2, 0.3), [](const auto& t, const auto& s) {
+        return least_squares_estimator{t, s, point_to_plane{}, rigid_motion{}, damped_solver{1e-4}};
+      });
+}
+
+TEST_CASE("residuals of several terms are the same for any number of threads") {
+  const auto target = test::bumpy_surface<test::d3>(5000),
+             source = test::bumpy_surface<test::d3>(5000, 3);
+  const combined_metric metric{weighted_term{point_to_point{}, 0.1}, symmetric{}};
+  const auto pairs = test::same_indices<double>(5000);
+  const auto residuals_on = [&](int threads) {
+    return least_squares_estimator{
+        target, source, metric, rigid_motion{}, truncated_solver{}, {.threads = threads}}
+        .residuals(Eigen::Isometry3d::Identity(), pairs);
+  };
+  const Eigen::VectorXd one = residuals_on(1);
+  CHECK(one == residuals_on(2));
+  CHECK(one == residuals_on(5));
+  const Eigen::Vector3d difference = source.points.col(7) - target.points.col(7);
+  double along = 0;
+  symmetric{}(matched_pair<3>{source.points.col(7), target.points.col(7), source.normals.col(7),
+                              target.normals.col(7), 7, 7},
+              [&](double value, const auto&...) { along = value; });
+  CHECK(one[7] == doctest::Approx(std::sqrt(difference.squaredNorm() + along * along)));
+}
 
 TEST_CASE_TEMPLATE("the closed form finds a rigid motion to rounding", T, test::f2, test::f3,
                    test::f5, test::fx, test::d2, test::d3, test::d5, test::dx) {

@@ -223,6 +223,5 @@ CILANTRO_BENCHMARK(pcd_write);
 
 int main(int argc, char** argv) {
   open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Error);
-  benchmark::Initialize(&argc, argv);
-  benchmark::RunSpecifiedBenchmarks();
+  return run_benchmarks(argc, argv, icp_point_to_plane);
 }

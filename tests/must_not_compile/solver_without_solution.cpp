@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// message: 'NormalEquationSolver<
+// message: does not satisfy 'NormalEquationSolver'
 import cilantro;
 
 struct no_solver {
@@ -8,7 +8,8 @@ struct no_solver {
 
 int main() {
   const Eigen::Matrix3Xf points(3, 10);
-  const cilantro::least_squares_estimator estimator{points, points, cilantro::point_to_point{},
-                                                    cilantro::rigid_motion{}, no_solver{}};
+  const cilantro::least_squares_estimator<float, 3, cilantro::point_to_point,
+                                          cilantro::rigid_motion, no_solver>
+      estimator{points, points};
   return int(estimator.identity().matrix()(0, 0));
 }

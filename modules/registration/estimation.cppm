@@ -39,6 +39,9 @@ struct registered_surfaces {
     finite_sources = source.points.size() - count_non_finite(source.points);
     non_finite = source.points.size() - finite_sources + target.points.size() - finite_targets;
   }
+  [[nodiscard]] double overlap(index_t paired_sources) const {
+    return finite_sources > 0 ? double(paired_sources) / double(finite_sources) : 0;
+  }
 };
 
 /// A map of points in its parts, in double.
@@ -76,12 +79,16 @@ template <Scalar S, std::size_t N>
   return count;
 }
 
-/// The weighted sums of what the estimators look at, around the centre of the target.
-template <int D>
-struct place_sums {
+/// What is counted and summed of the pairs, whatever the dimension.
+struct pair_totals {
   index_t pairs = 0;
   double weight = 0;
   double squared_residual = 0, squared_distance = 0;
+};
+
+/// The weighted sums of what the estimators look at, around the centre of the target.
+template <int D>
+struct place_sums : pair_totals {
   point_vector<double, D> place;       ///< Of the moved source points.
   Eigen::Matrix<double, D, D> spread;  ///< Of their squares.
 
@@ -104,44 +111,42 @@ struct place_sums {
   }
 };
 
-/// A solution around the centre of the target, and its fit in the target's own coordinates.
-/// `information` is that around the centre, not divided by the weights.
-template <Parameterization Model, int D>
-[[nodiscard]] alignment_fit fit_of(const Model& model, const place_sums<D>& sums,
-                                   const point_vector<double, D>& center,
-                                   const Eigen::MatrixXd& information,
-                                   const normal_solution& solution, index_t paired_sources,
-                                   index_t finite_sources, index_t non_finite) {
-  const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0.0; };
-  alignment_fit fit{.pairs = sums.pairs,
-                    .overlap = share(double(paired_sources), double(finite_sources)),
-                    .rmse = std::sqrt(share(sums.squared_distance, double(sums.pairs))),
-                    .residual = std::sqrt(share(sums.squared_residual, sums.weight)),
-                    .non_finite = non_finite,
-                    .information = {},
-                    .directions = {},
-                    .eigenvalues = solution.eigenvalues,
-                    .undetermined = solution.undetermined};
-  const Eigen::MatrixXd to_center = recentering(model, Eigen::VectorXd{center});
-  fit.information = to_center.transpose() * information * to_center;
-  fit.directions = recentering(model, Eigen::VectorXd{-center}) * solution.directions;
-  return fit;
-}
+/// Sums of pairs as equations for a solver.
+struct prepared_equations {
+  normal_equations equations;
+  Eigen::MatrixXd information;  ///< Not divided by the weights.
+  Eigen::VectorXd mean;         ///< Of the moved source points, from the centre of the target.
+};
+[[nodiscard]] prepared_equations prepare_equations(const pair_totals& totals,
+                                                   const Eigen::VectorXd& place,
+                                                   const Eigen::MatrixXd& spread,
+                                                   const Eigen::MatrixXd& lower_information,
+                                                   const Eigen::VectorXd& gradient,
+                                                   const velocity_field& velocities);
 
-/// The transform after a motion around `center`, and how far that is.
+/// The fit in the target's own coordinates, of a solution around its centre.
+[[nodiscard]] alignment_fit fit_of(const pair_totals& totals, const prepared_equations& prepared,
+                                   const normal_solution& solution,
+                                   const velocity_field& velocities, const Eigen::VectorXd& center);
+
+/// A transform after a motion around `center`, in its parts, and how far that is.
+struct moved_map {
+  motion_step map;
+  transform_change change;
+};
+[[nodiscard]] moved_map move_map(const motion_step& move, const Eigen::MatrixXd& linear,
+                                 const Eigen::VectorXd& translation, const Eigen::VectorXd& center,
+                                 const Eigen::VectorXd& mean);
+
+/// The step that a motion around the centre makes of a transform; `fit` is still to be filled in.
 template <class T, Parameterization Model, int D>
 [[nodiscard]] registration_step<T> step_to(const Model& model, const motion_step& move,
                                            const double_map<D>& current,
                                            const Eigen::VectorXd& center,
-                                           const Eigen::VectorXd& mean_place) {
-  Eigen::MatrixXd linear = move.linear * current.linear;
-  if constexpr (requires { model.normalize(linear); }) linear = model.normalize(linear);
-  const Eigen::VectorXd translation =
-      center + move.linear * (current.translation - center) + move.translation;
-  return {make_transform<T>(linear, translation),
-          {rotation_angle(move.linear),
-           (move.linear * mean_place + move.translation - mean_place).norm()},
-          {}};
+                                           const Eigen::VectorXd& mean) {
+  auto [map, change] = move_map(move, current.linear, current.translation, center, mean);
+  if constexpr (requires { model.normalize(map.linear); }) map.linear = model.normalize(map.linear);
+  return {make_transform<T>(map.linear, map.translation), change, {}};
 }
 
 }  // namespace cilantro

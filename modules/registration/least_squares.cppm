@@ -236,20 +236,16 @@ class least_squares_estimator {
   [[nodiscard]] registration_step<transform_type> solve(const transform_type& current,
                                                         const sums_type& sums,
                                                         index_t paired_sources) const {
-    const double total = sums.weight > 0 ? sums.weight : 1;
-    const Eigen::VectorXd mean = sums.place / total;
-    const Eigen::MatrixXd covariance = sums.spread / total - mean * mean.transpose();
-    Eigen::MatrixXd information = sums.information;
-    information.template triangularView<Eigen::Upper>() = information.transpose();
-    const normal_solution solution =
-        solver_(normal_equations{information / total, sums.gradient / total,
-                                 sums.weight > 0 ? mean_squared_motion(model_, mean, covariance)
-                                                 : Eigen::MatrixXd{0 * information}});
+    const velocity_field velocities = velocities_of(model_, surfaces_.dimension);
+    const auto prepared = prepare_equations(sums, sums.place, sums.spread, sums.information,
+                                            sums.gradient, velocities);
+    const normal_solution solution = solver_(prepared.equations);
     auto step = step_to<transform_type>(model_, model_.step(solution.step, surfaces_.dimension),
-                                        double_map<C>{current}, surfaces_.center, mean);
+                                        double_map<C>{current}, surfaces_.center, prepared.mean);
     if (solution.step.isZero(0)) step.transform = current;
-    step.fit = fit_of(model_, sums, surfaces_.center, information, solution, paired_sources,
-                      surfaces_.finite_sources, surfaces_.non_finite);
+    step.fit = fit_of(sums, prepared, solution, velocities, surfaces_.center);
+    step.fit.overlap = surfaces_.overlap(paired_sources);
+    step.fit.non_finite = surfaces_.non_finite;
     return step;
   }
 

@@ -2,7 +2,9 @@
 module;
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
+#include <vector>
 module cilantro.registration;
 
 namespace cilantro {
@@ -39,6 +41,36 @@ motion_step affine_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
   return {
       Eigen::MatrixXd::Identity(d, d) + Eigen::Map<const Eigen::MatrixXd>{unknowns.data(), d, d},
       unknowns.tail(d)};
+}
+
+Eigen::MatrixXd velocity_field::at(const Eigen::VectorXd& y) const {
+  Eigen::MatrixXd sum = at_origin;
+  for (index_t k = 0; k < y.size(); ++k) sum += y[k] * slopes[static_cast<std::size_t>(k)];
+  return sum;
+}
+
+Eigen::MatrixXd velocity_field::mean_square(const Eigen::VectorXd& mean,
+                                            const Eigen::MatrixXd& covariance) const {
+  const Eigen::MatrixXd at_mean = at(mean);
+  Eigen::MatrixXd sum = at_mean.transpose() * at_mean;
+  for (index_t k = 0; k < mean.size(); ++k)
+    for (index_t l = 0; l < mean.size(); ++l)
+      sum += covariance(k, l) * slopes[static_cast<std::size_t>(k)].transpose() *
+             slopes[static_cast<std::size_t>(l)];
+  return sum;
+}
+
+Eigen::MatrixXd velocity_field::recentering(const Eigen::VectorXd& center) const {
+  const index_t d = center.size(), u = at_origin.cols();
+  // An affine field is known once it is at d + 1 points.
+  Eigen::MatrixXd around_origin(d * (d + 1), u), around_center(d * (d + 1), u);
+  for (index_t k = 0; k <= d; ++k) {
+    Eigen::VectorXd y = center;
+    if (k < d) y[k] += 1;
+    around_origin.middleRows(k * d, d) = at(y);
+    around_center.middleRows(k * d, d) = at(y - center);
+  }
+  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>{around_center}.solve(around_origin);
 }
 
 double rotation_angle(const Eigen::MatrixXd& linear) {

@@ -95,34 +95,29 @@ template <Parameterization P>
   return rows.transpose();
 }
 
-/// The mean of v(y, δ)ᵀ v(y, δ) as a quadratic form in δ, over points of that mean and covariance:
-/// exact, since v is affine in y.
-template <Parameterization P>
-[[nodiscard]] Eigen::MatrixXd mean_squared_motion(const P& model, const Eigen::VectorXd& mean,
-                                                  const Eigen::MatrixXd& covariance) {
-  const Eigen::MatrixXd at_mean = velocities(model, mean);
-  Eigen::MatrixXd sum = at_mean.transpose() * at_mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
-  for (index_t k = 0; k < mean.size(); ++k) {
-    const Eigen::MatrixXd along = velocities(model, mean + axes.eigenvectors().col(k)) - at_mean;
-    sum += axes.eigenvalues()[k] * along.transpose() * along;
-  }
-  return sum;
-}
+/// The velocities everywhere: an affine function of the point. What is done with it is compiled in
+/// the library, whatever the model.
+struct velocity_field {
+  Eigen::MatrixXd at_origin;            ///< `Dim × unknowns`.
+  std::vector<Eigen::MatrixXd> slopes;  ///< One an axis.
 
-/// Turns the unknowns of motions around the origin into those of the same motions around `center`.
+  [[nodiscard]] Eigen::MatrixXd at(const Eigen::VectorXd& y) const;
+  /// The mean of v(y, δ)ᵀ v(y, δ) as a quadratic form in δ, over points of that mean and
+  /// covariance.
+  [[nodiscard]] Eigen::MatrixXd mean_square(const Eigen::VectorXd& mean,
+                                            const Eigen::MatrixXd& covariance) const;
+  /// Turns the unknowns of motions around the origin into those of the same motions around
+  /// `center`.
+  [[nodiscard]] Eigen::MatrixXd recentering(const Eigen::VectorXd& center) const;
+};
+
 template <Parameterization P>
-[[nodiscard]] Eigen::MatrixXd recentering(const P& model, const Eigen::VectorXd& center) {
-  const index_t d = center.size(), u = P::unknowns(d);
-  // An affine field is known once it is at d + 1 points.
-  Eigen::MatrixXd around_origin(d * (d + 1), u), around_center(d * (d + 1), u);
-  for (index_t k = 0; k <= d; ++k) {
-    Eigen::VectorXd y = center;
-    if (k < d) y[k] += 1;
-    around_origin.middleRows(k * d, d) = velocities(model, y);
-    around_center.middleRows(k * d, d) = velocities(model, Eigen::VectorXd{y - center});
-  }
-  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>{around_center}.solve(around_origin);
+[[nodiscard]] velocity_field velocities_of(const P& model, index_t dimension) {
+  velocity_field field{velocities(model, Eigen::VectorXd::Zero(dimension)), {}};
+  for (index_t k = 0; k < dimension; ++k)
+    field.slopes.push_back(velocities(model, Eigen::VectorXd::Unit(dimension, k)) -
+                           field.at_origin);
+  return field;
 }
 
 /// The angle by which `linear` turns; of what is no rotation, ‖linear − I‖ / √2, which is the same

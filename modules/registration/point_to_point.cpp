@@ -13,11 +13,15 @@ namespace {
 /// Relative to the largest one, singular values below this are rounding.
 constexpr double negligible = 1e-10;
 
-}  // namespace
+/// The best motion, and what takes the place of the covariance in the curvature of the cost.
+struct best_motion {
+  motion_step move;
+  Eigen::MatrixXd curvature;
+};
 
-matched_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
-                     const Eigen::VectorXd& target_mean, const Eigen::MatrixXd&,
-                     const Eigen::MatrixXd& cross) {
+best_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
+                  const Eigen::VectorXd& target_mean, const Eigen::MatrixXd&,
+                  const Eigen::MatrixXd& cross) {
   const index_t d = cross.rows();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd{cross, Eigen::ComputeFullU | Eigen::ComputeFullV};
   const Eigen::MatrixXd& u = svd.matrixU();
@@ -41,9 +45,9 @@ matched_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
   return {{turn, target_mean - turn * source_mean}, (product + product.transpose()) / 2};
 }
 
-matched_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
-                     const Eigen::VectorXd& target_mean, const Eigen::MatrixXd& covariance,
-                     const Eigen::MatrixXd& cross) {
+best_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
+                  const Eigen::VectorXd& target_mean, const Eigen::MatrixXd& covariance,
+                  const Eigen::MatrixXd& cross) {
   const index_t d = cross.rows();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(d, d);
@@ -55,6 +59,31 @@ matched_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
   const Eigen::MatrixXd linear = Eigen::MatrixXd::Identity(d, d) + (cross - covariance) * inverse;
   return {{linear, target_mean - linear * source_mean}, covariance};
 }
+
+}  // namespace
+
+template <class Model>
+matched_motion solve_matches(const Model& model, const pair_totals& totals,
+                             const Eigen::VectorXd& place, const Eigen::MatrixXd& spread,
+                             const Eigen::VectorXd& target, const Eigen::MatrixXd& product,
+                             const velocity_field& velocities) {
+  const double total = totals.weight > 0 ? totals.weight : 1;
+  const Eigen::VectorXd mean = place / total, target_mean = target / total;
+  const Eigen::MatrixXd covariance = spread / total - mean * mean.transpose();
+  const auto [move, curvature] =
+      match(model, mean, target_mean, covariance, product / total - target_mean * mean.transpose());
+  const Eigen::MatrixXd information = totals.weight * velocities.mean_square(mean, curvature);
+  return {move, prepare_equations(totals, place, spread, information,
+                                  Eigen::VectorXd::Zero(information.rows()), velocities)};
+}
+template matched_motion solve_matches(const rigid_motion&, const pair_totals&,
+                                      const Eigen::VectorXd&, const Eigen::MatrixXd&,
+                                      const Eigen::VectorXd&, const Eigen::MatrixXd&,
+                                      const velocity_field&);
+template matched_motion solve_matches(const affine_motion&, const pair_totals&,
+                                      const Eigen::VectorXd&, const Eigen::MatrixXd&,
+                                      const Eigen::VectorXd&, const Eigen::MatrixXd&,
+                                      const velocity_field&);
 
 #define CILANTRO_INSTANTIATE(S, D)                                                                \
   template match_sums<D> sum_matches<S, D, unit_weight>(                                          \

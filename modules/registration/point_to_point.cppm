@@ -57,19 +57,18 @@ template <Scalar S, int D, class Weight>
 }
 
 /// The motion that brings moved source points onto their targets best, with what is not determined
-/// left as it is.
+/// left as it is; and the equations whose solution it is.
 struct matched_motion {
   motion_step move;
-  Eigen::MatrixXd curvature;  ///< Takes the place of the covariance in the information.
+  prepared_equations prepared;
 };
-[[nodiscard]] matched_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
-                                   const Eigen::VectorXd& target_mean,
-                                   const Eigen::MatrixXd& covariance,
-                                   const Eigen::MatrixXd& cross_covariance);
-[[nodiscard]] matched_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
-                                   const Eigen::VectorXd& target_mean,
-                                   const Eigen::MatrixXd& covariance,
-                                   const Eigen::MatrixXd& cross_covariance);
+template <class Model>
+[[nodiscard]] matched_motion solve_matches(const Model& model, const pair_totals& totals,
+                                           const Eigen::VectorXd& place,
+                                           const Eigen::MatrixXd& spread,
+                                           const Eigen::VectorXd& target,
+                                           const Eigen::MatrixXd& product,
+                                           const velocity_field& velocities);
 
 /// The least-squares transform between the points of the pairs in closed form, in any dimension:
 /// rigid (Umeyama 1991, "Least-squares estimation of transformation parameters", equations 34 to
@@ -108,22 +107,17 @@ class point_to_point_estimator {
             "point_to_point_estimator: transform and points must have the same dimension");
     const double_map<C> map{current};
     const match_sums<C> sums = sum_matches<S, C, Weight>(surfaces_, map, pairs, weight_, how_);
-    const double total = sums.weight > 0 ? sums.weight : 1;
-    const Eigen::VectorXd mean = sums.place / total, target_mean = sums.target / total;
-    const Eigen::MatrixXd covariance = sums.spread / total - mean * mean.transpose();
-    const auto [move, curvature] =
-        match(model_, mean, target_mean, covariance,
-              Eigen::MatrixXd{sums.product / total - target_mean * mean.transpose()});
-
-    const Eigen::MatrixXd motion_seen = mean_squared_motion(model_, mean, covariance);
-    const Eigen::MatrixXd information = mean_squared_motion(model_, mean, curvature);
-    const double any = sums.weight > 0 ? 1 : 0;
-    const auto solution =
-        solver_({any * information, Eigen::VectorXd::Zero(information.rows()), any * motion_seen});
+    const velocity_field velocities = velocities_of(model_, surfaces_.dimension);
+    const auto matched =
+        solve_matches(model_, sums, sums.place, sums.spread, sums.target, sums.product, velocities);
     registration_step<transform_type> step{current, {}, {}};
-    if (sums.weight > 0) step = step_to<transform_type>(model_, move, map, surfaces_.center, mean);
-    step.fit = fit_of(model_, sums, surfaces_.center, sums.weight * information, solution,
-                      count_sources<S>(pairs), surfaces_.finite_sources, surfaces_.non_finite);
+    if (sums.weight > 0)
+      step = step_to<transform_type>(model_, matched.move, map, surfaces_.center,
+                                     matched.prepared.mean);
+    step.fit = fit_of(sums, matched.prepared, solver_(matched.prepared.equations), velocities,
+                      surfaces_.center);
+    step.fit.overlap = surfaces_.overlap(count_sources<S>(pairs));
+    step.fit.non_finite = surfaces_.non_finite;
     return step;
   }
 

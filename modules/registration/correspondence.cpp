@@ -33,17 +33,16 @@ void keep_nearest_of_each(Pairs& pairs, Point point) {
 template <class Pairs>
 void keep_greedily(Pairs& pairs) {
   std::ranges::sort(pairs, {}, [](const auto& p) { return by_distance(p); });
-  std::vector<bool> sources, targets;
-  const auto take = [](std::vector<bool>& taken, std::int32_t i) {
+  std::vector<bool> sources, targets;  // Those that are taken.
+  const auto place = [](std::vector<bool>& taken, std::int32_t i) {
     const auto at = static_cast<std::size_t>(i);
     if (at >= taken.size()) taken.resize(at + 1);
-    const bool is_free = !taken[at];
-    return is_free;
+    return taken.begin() + i;
   };
   std::erase_if(pairs, [&](const auto& p) {
-    if (!take(sources, p.source) || !take(targets, p.target)) return true;
-    sources[static_cast<std::size_t>(p.source)] = true;
-    targets[static_cast<std::size_t>(p.target)] = true;
+    const auto source = place(sources, p.source), target = place(targets, p.target);
+    if (*source || *target) return true;
+    *source = *target = true;
     return false;
   });
 }

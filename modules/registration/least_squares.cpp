@@ -23,5 +23,7 @@ namespace cilantro {
   CILANTRO_INSTANTIATE(S, D, symmetric, rigid_motion)       \
   CILANTRO_INSTANTIATE(S, D, generalized_icp, rigid_motion)
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_FOR_METRICS)
+#undef CILANTRO_FOR_METRICS
+#undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

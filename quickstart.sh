@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds cilantro, processes scans and aligns the second to the first: ./quickstart.sh [SCAN [SCAN]]
-# A scan is a cloud or a 16-bit PNG depth image; what is missing is simulated. The result is in out/.
+# A scan is a cloud or a 16-bit PNG depth image. One alone is aligned with itself, moved; without any,
+# both are simulated. The result is in out/.
 set -euo pipefail
 
 fail() { printf 'cilantro: %s\n' "$*" >&2; exit 1; }

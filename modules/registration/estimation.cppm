@@ -59,8 +59,7 @@ struct double_map {
   }
 };
 
-/// How many source points the pairs have, given that they are in order of source; and the numbers
-/// that come with every estimate.
+/// How many source points the pairs have, given that they are in order of source.
 template <Scalar S>
 [[nodiscard]] index_t count_sources(std::span<const correspondence<S>> pairs) {
   index_t count = 0;
@@ -68,6 +67,7 @@ template <Scalar S>
     count += i == 0 || pairs[i].source != pairs[i - 1].source;
   return count;
 }
+/// The same of several searches together.
 template <Scalar S, std::size_t N>
 [[nodiscard]] index_t count_sources(const std::array<correspondences<S>, N>& searches,
                                     index_t sources) {

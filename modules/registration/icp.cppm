@@ -55,8 +55,8 @@ struct icp_result : alignment_fit {
 
 /// Iterative closest point: look for pairs, improve the transform, and again (Besl & McKay 1992).
 ///
-/// Works for every transform that searcher and estimator agree on, rigid_motion, affine_motion, or
-/// a field of them. Returns where it has come to and why it stopped there; never claims to have
+/// Works for every transform that searcher and estimator agree on, rigid, affine, or a field of
+/// them. Returns where it has come to and why it stopped there; never claims to have
 /// converged without pairs, or while a direction is not determined, which then stays as it is in
 /// `initial`. Throws `invalid_input` for options that are negative or NaN, and what searcher and
 /// estimator throw, but not `cancelled`. One search more than iterations, since figures are of the

@@ -41,8 +41,8 @@ affine_of<Space> random_affine(std::uint64_t seed, double size, double length) {
   return cilantro::make_transform<affine_of<Space>>(linear, translation.normalized() * length);
 }
 
-/// Points on a bumpy closed surface around the origin, of radius 1 or so, and their true normals:
-/// r = 1 + Σ aᵢ xᵢ on the unit sphere, stretched along the axes so that no rotation is free.
+/// Points on an ellipsoid around the origin, and their true normals. Its axes differ, so that no
+/// rotation is free.
 template <class Space>
 cilantro::point_cloud<typename Space::scalar, Space::static_dimension> bumpy_surface(
     cilantro::index_t count, std::uint64_t seed = 0) {
@@ -58,7 +58,7 @@ cilantro::point_cloud<typename Space::scalar, Space::static_dimension> bumpy_sur
     Eigen::VectorXd direction(d);
     for (auto& x : direction) x = random.normal();
     direction.normalize();
-    // An ellipsoid, with the gradient of its equation as normal.
+    // The gradient of the ellipsoid's equation is its normal.
     const Eigen::VectorXd point = axes.asDiagonal() * direction;
     const Eigen::VectorXd normal = (axes.cwiseInverse().asDiagonal() * direction).normalized();
     cloud.points.col(i) = point.cast<S>();

@@ -100,6 +100,89 @@ void outliers(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(outliers);
 
+points_view<float, 3> view_of(const std::vector<float>& all) {
+  return {all.data(), std::ssize(all) / 3};
+}
+
+/// From the tree to the last label; the result is how many points are in a part.
+void segment(benchmark::State& state) {
+  const auto large = view_of(large_points()), normals = view_of(large_normals());
+  double labeled = 0;
+  for (auto _ : state) {
+    const auto parts =
+        connected_components(large, knn{segment_neighbors},
+                             similar_normals{normals, segment_angle, {.ignore_sign = true}},
+                             {.min_size = segment_min_size});
+    benchmark::DoNotOptimize(parts.labels().data());
+    labeled = double(large.size() - parts.unlabeled());
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(segment);
+
+/// The same with the neighbours given.
+void segment_graph(benchmark::State& state) {
+  const auto large = view_of(large_points()), normals = view_of(large_normals());
+  const auto graph = find_neighborhoods(kd_tree{large}, large, knn{segment_neighbors});
+  double labeled = 0;
+  for (auto _ : state) {
+    const auto parts =
+        connected_components(graph, similar_normals{normals, segment_angle, {.ignore_sign = true}},
+                             {.min_size = segment_min_size});
+    benchmark::DoNotOptimize(parts.labels().data());
+    labeled = double(large.size() - parts.unlabeled());
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(segment_graph);
+
+void euclidean_parts(benchmark::State& state) {
+  double labeled = 0;
+  for (auto _ : state) {
+    const auto parts = connected_components(points(), radius{density_radius}, every_neighbor{},
+                                            {.min_size = segment_min_size});
+    benchmark::DoNotOptimize(parts.labels().data());
+    labeled = double(points().size() - parts.unlabeled());
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(euclidean_parts);
+
+void density(benchmark::State& state) {
+  double labeled = 0;
+  for (auto _ : state) {
+    const auto found = dbscan(points(), {.radius = density_radius, .min_points = density_points});
+    benchmark::DoNotOptimize(found.labels().data());
+    labeled = double(points().size() - found.unlabeled());
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(density);
+
+/// Twenty iterations from points spread over the cloud by their index.
+void kmeans_100(benchmark::State& state) {
+  Eigen::Matrix3Xf start(3, kmeans_clusters);
+  for (index_t c = 0; c < kmeans_clusters; ++c)
+    start.col(c) = points()[c * (points().size() / kmeans_clusters)];
+  double inertia = 0;
+  for (auto _ : state) inertia = kmeans(points(), start, {.max_iterations = kmeans_steps}).inertia;
+  report_result(state, inertia);
+}
+CILANTRO_BENCHMARK(kmeans_100);
+
+void plane_200(benchmark::State& state) {
+  double inliers = 0;
+  for (auto _ : state) {
+    const auto found = ransac(hyperplane_family{points()}, {.max_residual = plane_distance,
+                                                            .score = ransac_score::inliers,
+                                                            .confidence = 1,
+                                                            .max_iterations = plane_samples});
+    inliers = double(found->inliers.size());
+  }
+  report_result(state, inliers);
+}
+CILANTRO_BENCHMARK(plane_200);
+
 /// From trees to the last iteration.
 void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
   const auto view = [](const std::vector<float>& all) {

@@ -22,6 +22,17 @@ inline constexpr int neighbor_count = 10;
 /// What statistical outlier removal is asked with.
 inline constexpr int outlier_neighbors = 20;
 inline constexpr double outlier_deviations = 2;
+/// Smooth segmentation: neighbours, the angle between normals (10 degrees), the smallest part.
+inline constexpr int segment_neighbors = 30;
+inline constexpr float segment_angle = 0.17453293f;
+inline constexpr int segment_min_size = 50;
+/// Clusters by density, and by distance.
+inline constexpr double density_radius = 0.02;
+inline constexpr int density_points = 10;
+inline constexpr int kmeans_clusters = 100, kmeans_steps = 20;
+/// The plane of a frame: samples, and the distance of an inlier.
+inline constexpr int plane_samples = 200;
+inline constexpr double plane_distance = 0.02;
 /// The depth image of depth.u16.
 inline constexpr int image_width = 640, image_height = 480;
 inline constexpr float focal_length = 585;
@@ -46,6 +57,16 @@ inline std::vector<float> read_floats(const char* name) {
 inline const std::vector<float>& frame() {
   static const std::vector<float> points = read_floats("frame.f32");
   return points;
+}
+
+/// A large cloud, and its normals.
+inline const std::vector<float>& large_points() {
+  static const std::vector<float> points = read_floats("large.f32");
+  return points;
+}
+inline const std::vector<float>& large_normals() {
+  static const std::vector<float> normals = read_floats("large_normals.f32");
+  return normals;
 }
 
 /// A depth image in millimetres, row by row.

@@ -148,6 +148,8 @@ int main(int, char** argv) {
   const auto large = read_ply<float>(folder / "large.ply");
   write_pcd(large, folder / "large.pcd");
   write_pcd(large, folder / "large_compressed.pcd", {.format = pcd_format::binary_compressed});
+  write_floats(folder / "large.f32", large.points);
+  write_floats(folder / "large_normals.f32", estimate_normals(large.points, knn{30}).normals);
   write_text(point_cloud<float, 3>{.points = large.points}, folder / "large.xyz", {.names = false});
   std::cout << "large.ply and its like: " << large.size() << " points\n";
 }

@@ -202,6 +202,52 @@ void bytes_write(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(bytes_write);
 
+/// Lloyd's iteration as everybody writes it, all distances each time.
+void kmeans_100(benchmark::State& state) {
+  const auto& xyz = frame();
+  const std::ptrdiff_t n = std::ssize(xyz) / 3;
+  using point = Eigen::Map<const Eigen::Vector3f>;
+  double inertia = 0;
+  for (auto _ : state) {
+    Eigen::Matrix3Xf centers(3, kmeans_clusters);
+    for (int c = 0; c < kmeans_clusters; ++c)
+      centers.col(c) = point{xyz.data() + 3 * (c * (n / kmeans_clusters))};
+    std::vector<int> label(std::size_t{0} + std::size_t(n));
+    std::vector<float> cost(label.size());
+    const auto assign = [&] {
+#pragma omp parallel for
+      for (std::ptrdiff_t i = 0; i < n; ++i) {
+        int best = 0;
+        float least = 1e30f;
+        for (int c = 0; c < kmeans_clusters; ++c) {
+          const float d = (point{xyz.data() + 3 * i} - centers.col(c)).squaredNorm();
+          if (d < least) {
+            least = d;
+            best = c;
+          }
+        }
+        label[std::size_t(i)] = best;
+        cost[std::size_t(i)] = least;
+      }
+    };
+    for (int step = 0; step < kmeans_steps; ++step) {
+      assign();
+      Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, kmeans_clusters);
+      Eigen::VectorXd count = Eigen::VectorXd::Zero(kmeans_clusters);
+      for (std::ptrdiff_t i = 0; i < n; ++i) {
+        sum.col(label[std::size_t(i)]) += point{xyz.data() + 3 * i}.cast<double>();
+        ++count[label[std::size_t(i)]];
+      }
+      for (int c = 0; c < kmeans_clusters; ++c)
+        if (count[c] > 0) centers.col(c) = (sum.col(c) / count[c]).cast<float>();
+    }
+    assign();
+    inertia = std::accumulate(cost.begin(), cost.end(), 0.0);
+  }
+  report_result(state, inertia);
+}
+CILANTRO_BENCHMARK(kmeans_100);
+
 }  // namespace
 
 BENCHMARK_MAIN();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// From two scans to one processed cloud: quickstart [scan.ply | depth.png [second]]
+// From two scans to one processed cloud and its parts: quickstart [scan.ply | depth.png [second]]
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -40,18 +40,25 @@ int main(int argc, char** argv) try {
       | report_to(report, "the same of a second scan")
       | align_to(target, {.scales = {{4 * voxel, 20 * voxel}, {0, 5 * voxel}}}, &found)
       | report_to(report, "align");
-  append(target, aligned)
+  auto both = append(target, aligned)
       | write_ply("out/cloud.ply")
       | report_to(report, "write out/cloud.ply");
   // clang-format on
 
+  const auto parts =
+      connected_components(both, knn{30}, similar_normals{both.normals, 0.14}, {.min_size = 50});
+  both.colors = label_colors(parts.labels());
+
   write_png(side_by_side(in_two_colors(target, source, first.camera, voxel),
-                         in_two_colors(target, aligned, first.camera, voxel)),
+                         side_by_side(in_two_colors(target, aligned, first.camera, voxel),
+                                      shaded(both, first.camera, voxel))),
             "out/cloud.png");
   std::cout << report << "aligned: " << found.status << " after " << found.iterations
             << " iterations, " << found.pairs << " pairs, overlap " << found.overlap << ", rmse "
             << found.rmse << ", " << found.undetermined << " undetermined directions\n"
-            << "voxels of " << voxel << "; before and after are in out/cloud.png\n";
+            << "segmented: " << parts.size() << " smooth parts, of "
+            << (parts.empty() ? 0 : parts[0].size()) << " points the largest\n"
+            << "voxels of " << voxel << "; before, after and the parts are in out/cloud.png\n";
 } catch (const std::exception& error) {
   std::cerr << "quickstart: " << error.what() << '\n';
   return 1;

@@ -9,3 +9,6 @@ export import cilantro.search;
 export import cilantro.geometry;
 export import cilantro.cloud;
 export import cilantro.registration;
+export import cilantro.clustering;
+export import cilantro.model;
+export import cilantro.embedding;

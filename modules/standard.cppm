@@ -7,6 +7,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -41,6 +42,7 @@ export namespace std {
 
 using std::allocator;
 using std::array;
+using std::atomic_ref;
 using std::basic_string;
 using std::byte;
 using std::function;
@@ -83,6 +85,7 @@ using std::type_identity_t;
 
 using std::convertible_to;
 using std::copy_constructible;
+using std::copyable;
 using std::derived_from;
 using std::integral;
 using std::invocable;
@@ -115,18 +118,23 @@ using std::get_if;
 using std::in_range;
 using std::invoke;
 using std::isfinite;
+using std::isnan;
 using std::lexicographical_compare;
+using std::log;
 using std::make_index_sequence;
 using std::make_shared;
 using std::make_unique;
 using std::max;
+using std::memory_order_relaxed;
 using std::min;
 using std::move;
 using std::nullopt;
+using std::pow;
 using std::remainder;
 using std::sin;
 using std::sqrt;
 using std::ssize;
+using std::swap;
 using std::to_string;
 using std::visit;
 
@@ -151,6 +159,7 @@ using std::filesystem::path;
 namespace ranges {
 using std::ranges::adjacent_find;
 using std::ranges::all_of;
+using std::ranges::any_of;
 using std::ranges::begin;
 using std::ranges::borrowed_range;
 using std::ranges::contiguous_range;
@@ -161,6 +170,7 @@ using std::ranges::enable_borrowed_range;
 using std::ranges::enable_view;
 using std::ranges::end;
 using std::ranges::find;
+using std::ranges::find_if;
 using std::ranges::input_range;
 using std::ranges::is_sorted;
 using std::ranges::iter_swap;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <tuple>
 #include <vector>
 
 #include "common.hpp"
@@ -140,6 +141,27 @@ void outliers(benchmark::State& state) {
   report_result(state, count);
 }
 CILANTRO_BENCHMARK(outliers);
+
+void density(benchmark::State& state) {
+  double labeled = 0;
+  for (auto _ : state) {
+    const auto labels = points().ClusterDBSCAN(density_radius, density_points);
+    labeled = 0;
+    for (const int l : labels) labeled += l >= 0;
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(density);
+
+void plane_200(benchmark::State& state) {
+  double inliers = 0;
+  for (auto _ : state) {
+    const auto found = points().SegmentPlane(plane_distance, 3, plane_samples, 1);
+    inliers = double(std::get<1>(found).size());
+  }
+  report_result(state, inliers);
+}
+CILANTRO_BENCHMARK(plane_200);
 
 void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
   namespace registration = open3d::pipelines::registration;

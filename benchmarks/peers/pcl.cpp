@@ -9,6 +9,9 @@
 #include <pcl/point_types.h>
 #include <pcl/registration/icp.h>
 #include <pcl/search/kdtree.h>
+#include <pcl/segmentation/extract_clusters.h>
+#include <pcl/segmentation/region_growing.h>
+#include <pcl/segmentation/sac_segmentation.h>
 
 #include <cmath>
 #include <numeric>
@@ -154,6 +157,73 @@ void outliers(benchmark::State& state) {
   report_result(state, count);
 }
 CILANTRO_BENCHMARK(outliers);
+
+void segment(benchmark::State& state) {
+  cloud_type::Ptr cloud{new cloud_type};
+  pcl::PointCloud<pcl::Normal>::Ptr normals{new pcl::PointCloud<pcl::Normal>};
+  for (std::size_t i = 0; i < large_points().size(); i += 3) {
+    cloud->push_back({large_points()[i], large_points()[i + 1], large_points()[i + 2]});
+    normals->push_back(
+        pcl::Normal{large_normals()[i], large_normals()[i + 1], large_normals()[i + 2]});
+  }
+  double labeled = 0;
+  for (auto _ : state) {
+    pcl::RegionGrowing<pcl::PointXYZ, pcl::Normal> grow;
+    grow.setSearchMethod(
+        pcl::search::KdTree<pcl::PointXYZ>::Ptr{new pcl::search::KdTree<pcl::PointXYZ>});
+    grow.setInputCloud(cloud);
+    grow.setInputNormals(normals);
+    grow.setNumberOfNeighbours(segment_neighbors);
+    grow.setSmoothnessThreshold(segment_angle);
+    grow.setSmoothModeFlag(true);
+    grow.setCurvatureTestFlag(false);
+    grow.setMinClusterSize(segment_min_size);
+    std::vector<pcl::PointIndices> parts;
+    grow.extract(parts);
+    labeled = 0;
+    for (const auto& part : parts) labeled += double(part.indices.size());
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(segment);
+
+void euclidean_parts(benchmark::State& state) {
+  double labeled = 0;
+  for (auto _ : state) {
+    pcl::EuclideanClusterExtraction<pcl::PointXYZ> extract;
+    extract.setSearchMethod(
+        pcl::search::KdTree<pcl::PointXYZ>::Ptr{new pcl::search::KdTree<pcl::PointXYZ>});
+    extract.setInputCloud(points());
+    extract.setClusterTolerance(density_radius);
+    extract.setMinClusterSize(segment_min_size);
+    std::vector<pcl::PointIndices> parts;
+    extract.extract(parts);
+    labeled = 0;
+    for (const auto& part : parts) labeled += double(part.indices.size());
+  }
+  report_result(state, labeled);
+}
+CILANTRO_BENCHMARK(euclidean_parts);
+
+void plane_200(benchmark::State& state) {
+  double inliers = 0;
+  for (auto _ : state) {
+    pcl::SACSegmentation<pcl::PointXYZ> segmentation;
+    segmentation.setInputCloud(points());
+    segmentation.setModelType(pcl::SACMODEL_PLANE);
+    segmentation.setMethodType(pcl::SAC_RANSAC);
+    segmentation.setDistanceThreshold(plane_distance);
+    segmentation.setMaxIterations(plane_samples);
+    segmentation.setProbability(1);  // No stop before the last sample.
+    segmentation.setOptimizeCoefficients(true);
+    pcl::PointIndices found;
+    pcl::ModelCoefficients coefficients;
+    segmentation.segment(found, coefficients);
+    inliers = double(found.indices.size());
+  }
+  report_result(state, inliers);
+}
+CILANTRO_BENCHMARK(plane_200);
 
 void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
   using with_normals = pcl::PointCloud<pcl::PointNormal>;

@@ -11,3 +11,5 @@ void add_info(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_run(CLI::App& app);
 void add_align(CLI::App& app);
+void add_segment(CLI::App& app);
+void add_plane(CLI::App& app);

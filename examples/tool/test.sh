@@ -62,6 +62,27 @@ expect 1 'too few pairs' "$cilantro" align far.xyz plane.xyz --max-distance 1
 expect 2 'try --help' "$cilantro" align plane.xyz plane.xyz --metric nonsense
 expect 2 'required' "$cilantro" align plane.xyz
 
+# Segments and planes.
+"$cilantro" segment scan.ply parts.ply --knn 30 --angle 8 --min-size 50 --json --picture parts.png | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert found["clusters"] == len(found["sizes"]) >= 3 and found["sizes"] == sorted(found["sizes"], reverse=True)
+assert found["sizes"][-1] >= 50'
+expect 0 'attribute: {"name":"cluster","type":"int32","min":-1' "$cilantro" info parts.ply
+expect 0 'clusters: 1' "$cilantro" segment plane.xyz --quiet
+"$cilantro" plane plane.xyz --distance 0.01 --json | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert found == {"normal": [0.0, 0.0, 1.0], "offset": 0.0, "inliers": 400}, found'
+sed 's/^0 0 0$/5 5 5/' plane.xyz > bump.xyz
+expect 0 'inliers: 399' "$cilantro" plane bump.xyz --distance 0.01 --inliers flat.xyz --others rest.xyz
+[ "$(grep -vc '^#' rest.xyz)" = 1 ] || fail 'one point is not of the plane'
+echo '0 0 0' > one.xyz
+expect 1 'no plane was found' "$cilantro" plane one.xyz --distance 0.01
+expect 2 'required' "$cilantro" plane plane.xyz
+expect 2 'try --help' "$cilantro" plane plane.xyz --distance -1
+expect 2 'try --help' "$cilantro" segment plane.xyz --knn 0
+
 expect 1 'missing.ply: cannot be read' "$cilantro" info missing.ply
 expect 1 'does not end in .ply' "$cilantro" convert scan.ply a.las
 expect 1 'is not a PLY file' bash -c "echo nonsense > bad.ply; '$cilantro' info bad.ply"

@@ -15,3 +15,5 @@ export import :transform;
 export import :execution;
 export import :parallel;
 export import :random;
+export import :eigenpairs;
+export import :violations;

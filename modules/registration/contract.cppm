@@ -16,18 +16,6 @@ import :surface;
 
 namespace cilantro {
 
-/// Collects each rule that is broken once.
-class violation_list {
- public:
-  void expect(bool condition, const char* rule) {
-    if (!condition && std::ranges::find(found_, rule) == found_.end()) found_.emplace_back(rule);
-  }
-  [[nodiscard]] std::vector<std::string> take() { return std::move(found_); }
-
- private:
-  std::vector<std::string> found_;
-};
-
 template <class Pairs>
 [[nodiscard]] bool same_pairs(const Pairs& a, const Pairs& b) {
   if constexpr (requires { a[0].source; }) {

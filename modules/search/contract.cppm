@@ -149,11 +149,7 @@ export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
   using S = scalar_of<P>;
   constexpr int D = dimension_of<P>;
   const auto view = points_in(points);
-  std::vector<std::string> violations;
-  const auto expect = [&](bool condition, const char* rule) {
-    if (!condition && std::ranges::find(violations, rule) == violations.end())
-      violations.emplace_back(rule);
-  };
+  violation_list violations;
   const ordering<S, D, M> by{metric};
   const auto between = [&](index_t i, index_t j) {
     return by.between(view.data() + i * view.stride(), view.data() + j * view.stride(),
@@ -164,19 +160,19 @@ export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
     const index_t i = random.below(view.size()), j = random.below(view.size());
     if (!is_finite(view[i]) || !is_finite(view[j])) continue;
     const S sum = between(i, j), other = between(j, random.below(view.size()));
-    expect(sum >= 0, "a sum is negative, or no number");
-    expect(between(i, i) == 0, "a point is not at distance 0 from itself");
-    expect(sum == between(j, i), "the distance is not the same both ways");
+    violations.expect(sum >= 0, "a sum is negative, or no number");
+    violations.expect(between(i, i) == 0, "a point is not at distance 0 from itself");
+    violations.expect(sum == between(j, i), "the distance is not the same both ways");
     if (other >= 0 && sum >= 0)
-      expect((metric.distance(sum) <= metric.distance(other)) == (sum <= other) ||
-                 metric.distance(sum) == metric.distance(other),
-             "`distance` does not grow with the sum");
+      violations.expect((metric.distance(sum) <= metric.distance(other)) == (sum <= other) ||
+                            metric.distance(sum) == metric.distance(other),
+                        "`distance` does not grow with the sum");
     const S back = metric.distance(metric.sum(metric.distance(sum)));
-    expect(std::abs(back - metric.distance(sum)) <=
-               1024 * std::numeric_limits<S>::epsilon() * std::max(S(1), back),
-           "`sum` is not the inverse of `distance`");
+    violations.expect(std::abs(back - metric.distance(sum)) <=
+                          1024 * std::numeric_limits<S>::epsilon() * std::max(S(1), back),
+                      "`sum` is not the inverse of `distance`");
   }
-  if (!violations.empty()) return violations;
+  if (!violations.empty()) return violations.take();
   return check_neighbor_searcher(kd_tree<S, D, M>{points, metric, {.max_leaf_size = 2}}, points,
                                  options, metric);
 }

@@ -21,6 +21,7 @@ PRELUDE = """
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <ranges>
 #include <span>
 #include <stop_token>

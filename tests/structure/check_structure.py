@@ -9,7 +9,8 @@ import re
 import sys
 
 # A module imports modules of lower floors only.
-FLOORS = {"standard": 0, "eigen": 0, "core": 1, "search": 2, "geometry": 3, "cloud": 4, "registration": 5}
+FLOORS = {"standard": 0, "eigen": 0, "core": 1, "search": 2, "geometry": 3, "cloud": 4,
+          "registration": 5, "clustering": 5, "model": 5, "embedding": 5}
 # Interfaces that read headers, and what they may read; all others import.
 HEADER_WRAPPERS = {"eigen.cppm": r"Eigen/\w+", "standard.cppm": r"[a-z_]+"}
 # What an interface may include: the seam to a plain unit, and a macro that a module cannot export.

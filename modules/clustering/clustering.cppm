@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.clustering: which points belong together.
+export module cilantro.clustering;
+
+export import cilantro.core;
+export import cilantro.search;
+export import cilantro.geometry;
+export import cilantro.cloud;
+export import :clusters;
+export import :disjoint_sets;
+export import :connected_components;
+export import :dbscan;
+export import :hdbscan;
+export import :kmeans;
+export import :kernel;
+export import :mean_shift;
+export import :spectral;
+export import :scores;
+export import :contract;

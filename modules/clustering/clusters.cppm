@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.clustering:clusters;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.cloud;
+
+namespace cilantro {
+
+/// Which points belong together: what every algorithm of this module returns.
+///
+/// A range of clusters, the largest first, and of equally large ones that with the smallest index;
+/// each is a span of the indices of its points, ascending. None is empty.
+export class clusters {
+ public:
+  using label = std::int32_t;
+  /// The label of a point that is in no cluster.
+  static constexpr label none = -1;
+
+  clusters() : offsets_(1, 0) {}
+  /// From any label per point: equal ones make a cluster, negative ones none. They are numbered
+  /// anew. Throws `invalid_input` for a label that is not below the number of points. O(N + K log
+  /// K).
+  explicit clusters(std::vector<label> labels);
+
+  /// The number of clusters.
+  [[nodiscard]] index_t size() const { return std::ssize(offsets_) - 1; }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  /// The points of cluster c. Precondition: 0 <= c < size().
+  [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const {
+    const auto begin = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(c)]);
+    const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(c) + 1]);
+    return std::span{members_}.subspan(begin, end - begin);
+  }
+  [[nodiscard]] auto begin() const { return indexed_iterator{row{this}, 0}; }
+  [[nodiscard]] auto end() const { return indexed_iterator{row{this}, size()}; }
+
+  /// For each point the number of its cluster, or `none`.
+  [[nodiscard]] std::span<const label> labels() const { return labels_; }
+  /// The number of points of each cluster.
+  [[nodiscard]] std::vector<index_t> sizes() const;
+  /// How many points are in no cluster.
+  [[nodiscard]] index_t unlabeled() const { return std::ssize(labels_) - std::ssize(members_); }
+
+  /// The same points in the same clusters.
+  friend bool operator==(const clusters& a, const clusters& b) { return a.labels_ == b.labels_; }
+
+ private:
+  struct row {
+    const clusters* all = nullptr;
+    std::span<const std::int32_t> operator[](index_t c) const { return (*all)[c]; }
+  };
+
+  std::vector<label> labels_;
+  std::vector<index_t> offsets_;
+  std::vector<std::int32_t> members_;
+};
+
+/// A colour for each label, red, green and blue in [0, 1]: of consecutive labels far apart, and
+/// always the same; dark grey for points without a cluster.
+export [[nodiscard]] Eigen::Matrix<float, 3, dynamic> label_colors(
+    std::span<const clusters::label> labels);
+
+/// The points of a cloud, for the functions of this module that take points: clouds are welcome.
+template <class T>
+concept PointsOrCloud = PointsSource<T> || PointCloud<T>;
+
+template <PointsOrCloud T>
+[[nodiscard]] auto places_in(const T& source) {
+  if constexpr (PointCloud<T>)
+    return points_in(source.points);
+  else
+    return points_in(source);
+}
+/// Points whose neighbours one thread asks for at a time; few, since searches vary in cost.
+inline constexpr index_t search_block_size = 256;
+
+template <PointsOrCloud T>
+using points_view_in = decltype(places_in(std::declval<const T&>()));
+
+}  // namespace cilantro

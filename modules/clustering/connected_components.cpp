@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+module cilantro.clustering;
+
+namespace cilantro {
+
+void expect_sensible(const components_options& options, index_t size) {
+  expects(options.min_size >= 0 && options.max_size >= 0,
+          "connected_components: the sizes must not be negative");
+  if (options.seeds)
+    expects(std::ranges::all_of(*options.seeds, [&](index_t i) { return 0 <= i && i < size; }),
+            "connected_components: a seed is not one of the points");
+}
+
+clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belongs,
+                       const components_options& options) {
+  const index_t n = sets.size();
+  std::vector<clusters::label> labels(static_cast<std::size_t>(n));
+  std::vector<index_t> counts(labels.size());
+  for (index_t i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const bool is_in = belongs.empty() || belongs[at];
+    labels[at] = is_in ? static_cast<clusters::label>(sets.find(i)) : clusters::none;
+    if (is_in) ++counts[static_cast<std::size_t>(labels[at])];
+  }
+  std::vector<bool> is_wanted(labels.size(), !options.seeds);
+  if (options.seeds)
+    for (const index_t i : *options.seeds) is_wanted[static_cast<std::size_t>(sets.find(i))] = true;
+  for (auto& l : labels) {
+    if (l < 0) continue;
+    const auto root = static_cast<std::size_t>(l);
+    if (!is_wanted[root] || counts[root] < options.min_size || counts[root] > options.max_size)
+      l = clusters::none;
+  }
+  return clusters{std::move(labels)};
+}
+
+}  // namespace cilantro

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.clustering:connected_components;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import cilantro.cloud;
+import :clusters;
+import :disjoint_sets;
+
+namespace cilantro {
+
+/// Any two neighbours belong together: components are then what distance alone connects.
+export struct every_neighbor {
+  template <Scalar S>
+  bool operator()(index_t, index_t, S) const {
+    return true;
+  }
+};
+
+export struct components_options {
+  /// If given, only components that hold one of these points count.
+  std::optional<std::vector<index_t>> seeds = {};
+  index_t min_size = 1;  ///< Components with fewer points are none.
+  index_t max_size = std::numeric_limits<index_t>::max();  ///< Nor are those with more.
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// Throws `invalid_input` for sizes that are negative and for seeds that are no points.
+void expect_sensible(const components_options& options, index_t size);
+/// The sets that count, without the nodes of which `belongs` (if it is not empty) says 0.
+clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belongs,
+                       const components_options& options);
+
+/// Joins node i with those of its neighbours that are similar to it and not yet in its set, so that
+/// most pairs of a smooth surface cost two reads and no comparison.
+template <Scalar S, class Near, class F>
+void join_similar(disjoint_sets& sets, index_t i, const Near& near, const F& similar) {
+  index_t root = sets.find(i);
+  for (const auto& [j, distance] : near) {
+    if (j == i || sets.find(j) == root || !evaluate_pair(similar, i, j, S(distance))) continue;
+    sets.join(i, j);
+    root = sets.find(i);
+  }
+}
+
+/// The connected components of the graph whose nodes are the points, and whose edges are the pairs
+/// of neighbours, in either direction, that are similar. A node without a similar neighbour is a
+/// component of its own. The same for any number of threads. O(E), and 4 bytes a node.
+/// Throws `invalid_input` for a neighbour that is no node; `cancelled`.
+export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
+[[nodiscard]] clusters connected_components(const neighborhoods<S>& graph, const F& similar = {},
+                                            const components_options& options = {}) {
+  expect_sensible(options, graph.size());
+  expects(std::ranges::all_of(graph.indices(),
+                              [&](std::int32_t j) { return 0 <= j && j < graph.size(); }),
+          "connected_components: a neighbor is not one of the nodes");
+  disjoint_sets sets{graph.size()};
+  parallel_for(graph.size(), {options.threads, options.monitor},
+               [&](index_t i) { join_similar<S>(sets, i, graph[i], similar); });
+  return components_of(sets, {}, options);
+}
+
+/// As above, of points whose neighbours a searcher finds. They are compared as they are found and
+/// not kept: memory is 5 bytes a point, for any neighbourhood. Points that are not finite are in no
+/// component. Throws `invalid_input` unless the searcher can be that of the points.
+export template <NeighborSearcher T, PointsOrCloud P,
+                 SimilarityFunction<typename T::scalar> F = every_neighbor>
+[[nodiscard]] clusters connected_components(const T& searcher, const P& points,
+                                            neighborhood_spec spec, const F& similar = {},
+                                            const components_options& options = {}) {
+  using S = typename T::scalar;
+  const points_view<S, T::static_dimension> view = places_in(points);
+  expects(view.size() == index_t(searcher.size()),
+          "connected_components: searcher and points must have the same size");
+  expect_sensible(options, view.size());
+  disjoint_sets sets{view.size()};
+  std::vector<std::uint8_t> belongs(static_cast<std::size_t>(view.size()));
+  parallel_blocks(view.size(), search_block_size, {options.threads, options.monitor},
+                  [&](index_t, index_t begin, index_t end) {
+                    std::vector<neighbor<S>> near;
+                    for (index_t i = begin; i < end; ++i) {
+                      if (!is_finite(view[i])) continue;
+                      belongs[static_cast<std::size_t>(i)] = 1;
+                      searcher.find(view[i], spec, near);
+                      join_similar<S>(sets, i, near, similar);
+                    }
+                  });
+  return components_of(sets, belongs, options);
+}
+
+/// As above, through a kd-tree.
+export template <PointsOrCloud P,
+                 SimilarityFunction<typename points_view_in<P>::scalar> F = every_neighbor>
+[[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
+                                            const F& similar = {},
+                                            const components_options& options = {}) {
+  const auto view = places_in(points);
+  if (view.empty()) return {};
+  const kd_tree tree{view, {.threads = options.threads}};
+  return connected_components(tree, view, spec, similar, options);
+}
+
+}  // namespace cilantro

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+//
+// Whether a similarity or a kernel of yours does what its concept says, beyond what a compiler
+// sees. Each check returns a sentence for each violation; none means that it may be used.
+export module cilantro.clustering:contract;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :kernel;
+
+namespace cilantro {
+
+/// Tests a similarity function of yours on the pairs of a graph: the same answer both ways, and
+/// again.
+export template <Scalar S, SimilarityFunction<S> F>
+[[nodiscard]] std::vector<std::string> check_similarity_function(const F& similar,
+                                                                 const neighborhoods<S>& graph) {
+  violation_list violations;
+  for (index_t i = 0; i < graph.size(); ++i)
+    for (const auto& [j, distance] : graph[i]) {
+      const bool there = evaluate_pair(similar, i, j, distance);
+      violations.expect(there == evaluate_pair(similar, i, j, distance),
+                        "two answers for the same pair differ");
+      violations.expect(there == evaluate_pair(similar, j, i, distance),
+                        "the answer is not the same both ways");
+    }
+  return violations.take();
+}
+
+/// Tests a kernel of yours at many distances: finite, not negative, not rising, positive at 0, and
+/// 0 beyond its support.
+export template <Kernel K>
+[[nodiscard]] std::vector<std::string> check_kernel(const K& kernel) {
+  violation_list violations;
+  const double support = kernel_support<K>();
+  const double end = std::isfinite(support) ? 1.5 * support : 10;
+  violations.expect(support > 0, "the support is not positive");
+  violations.expect(double(kernel(0.0)) > 0, "a point does not count where it lies");
+  double before = std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= 3000; ++step) {
+    const double u = end * step / 3000;
+    const double value = kernel(u);
+    violations.expect(std::isfinite(value) && value >= 0, "a value is negative or not finite");
+    violations.expect(value <= before, "the kernel rises with the distance");
+    violations.expect(u <= support || value == 0, "the kernel is not 0 beyond its support");
+    before = value;
+  }
+  return violations.take();
+}
+
+}  // namespace cilantro

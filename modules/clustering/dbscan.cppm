@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.clustering:dbscan;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import cilantro.cloud;
+import :clusters;
+import :connected_components;
+import :disjoint_sets;
+
+namespace cilantro {
+
+export struct dbscan_options {
+  positive radius;  ///< In the units of the points; a neighbour exactly there is one.
+  /// As many points within the radius, the point itself among them, make it a core of a cluster.
+  index_t min_points = 5;
+  int threads = 0;
+  task_monitor monitor = {};  ///< Progress is that of each of three passes.
+};
+
+export struct dbscan_result : clusters {
+  std::vector<std::uint8_t> is_core;  ///< One a point, 1 for the cores.
+};
+
+/// Density-based clusters: cores within the radius of each other, and the other points within the
+/// radius of a core. Such a border point goes to the nearest core, and of equally near ones to that
+/// with the smallest index, where the published algorithm takes whichever comes first; all others
+/// are noise, in no cluster. Points that are not finite are noise. The same for any number of
+/// threads. Two searches a point; memory is 9 bytes a point, since no neighbourhood is kept.
+/// Throws `invalid_input` for `min_points` below 1, and unless the searcher can be that of the
+/// points; `cancelled`.
+/// Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for discovering clusters";
+/// the components are those of definition 5.
+export template <NeighborSearcher T, PointsOrCloud P>
+[[nodiscard]] dbscan_result dbscan(const T& searcher, const P& points,
+                                   const dbscan_options& options) {
+  using S = typename T::scalar;
+  const points_view<S, T::static_dimension> view = places_in(points);
+  const index_t n = view.size();
+  expects(n == index_t(searcher.size()), "dbscan: searcher and points must have the same size");
+  expects(options.min_points >= 1, "dbscan: min_points must be at least 1");
+  const double reach = options.radius;
+  std::vector<std::uint8_t> is_core(static_cast<std::size_t>(n));
+  const auto core = [&](index_t i) -> std::uint8_t& {
+    return is_core[static_cast<std::size_t>(i)];
+  };
+  const auto for_each = [&](neighborhood_spec spec, const auto& wanted, const auto& visit) {
+    parallel_blocks(n, search_block_size, {options.threads, options.monitor},
+                    [&](index_t, index_t begin, index_t end) {
+                      std::vector<neighbor<S>> near;
+                      for (index_t i = begin; i < end; ++i) {
+                        if (!wanted(i)) continue;
+                        searcher.find(view[i], spec, near);
+                        visit(i, near);
+                      }
+                    });
+  };
+
+  for_each(
+      knn_in_radius{options.min_points, reach}, [](index_t) { return true; },
+      [&](index_t i, const auto& near) { core(i) = std::ssize(near) == options.min_points; });
+  disjoint_sets sets{n};
+  for_each(
+      radius{reach}, [&](index_t i) { return bool(core(i)); },
+      [&](index_t i, const auto& near) {
+        join_similar<S>(sets, i, near, [&](index_t, index_t j, S) { return bool(core(j)); });
+      });
+  std::vector<clusters::label> labels(static_cast<std::size_t>(n), clusters::none);
+  for_each(
+      radius{reach}, [&](index_t i) { return !core(i); },
+      [&](index_t i, const auto& near) {
+        const auto nearest =
+            std::ranges::find_if(near, [&](const auto& found) { return core(found.index); });
+        if (nearest != near.end())
+          labels[static_cast<std::size_t>(i)] =
+              static_cast<clusters::label>(sets.find(nearest->index));
+      });
+  for (index_t i = 0; i < n; ++i)
+    if (core(i)) labels[static_cast<std::size_t>(i)] = static_cast<clusters::label>(sets.find(i));
+  return {clusters{std::move(labels)}, std::move(is_core)};
+}
+
+/// As above, through a kd-tree.
+export template <PointsOrCloud P>
+[[nodiscard]] dbscan_result dbscan(const P& points, const dbscan_options& options) {
+  const auto view = places_in(points);
+  if (view.empty()) return {};
+  return dbscan(kd_tree{view, {.threads = options.threads}}, view, options);
+}
+
+}  // namespace cilantro

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.clustering:disjoint_sets;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// Sets of the numbers 0 to N − 1 that only grow together, by several threads at once and without
+/// locks. The representative of a set is its smallest number, whoever joined what in which order.
+/// Nearly O(1) an operation.
+/// Source: Anderson & Woll 1991, "Wait-free parallel algorithms for the union-find problem", with
+/// roots ordered by number.
+export class disjoint_sets {
+ public:
+  /// Each number in a set of its own. Throws `invalid_input` for a negative size or above 2³¹ − 1.
+  explicit disjoint_sets(index_t size) {
+    expects(0 <= size && size <= std::numeric_limits<std::int32_t>::max(),
+            "disjoint_sets: there can be at most 2^31 - 1 numbers");
+    parents_.reserve(static_cast<std::size_t>(size));
+    for (index_t i = 0; i < size; ++i) parents_.push_back(static_cast<std::int32_t>(i));
+  }
+
+  [[nodiscard]] index_t size() const { return std::ssize(parents_); }
+
+  /// The representative of the set of i; while others join sets, one that it has had.
+  [[nodiscard]] index_t find(index_t i) {
+    auto at = static_cast<std::int32_t>(i);
+    for (std::int32_t parent = load(at); parent != at;) {
+      const std::int32_t next = load(parent);
+      if (next == parent) return parent;
+      // Halves the path. Whatever others write here is an ancestor, too.
+      link(at).store(next, std::memory_order_relaxed);
+      at = next;
+      parent = load(at);
+    }
+    return at;
+  }
+
+  /// Makes one set of those of i and j.
+  void join(index_t i, index_t j) {
+    for (;;) {
+      auto a = static_cast<std::int32_t>(find(i)), b = static_cast<std::int32_t>(find(j));
+      if (a == b) return;
+      if (a < b) std::swap(a, b);
+      // Fails if another thread has meanwhile put the root a below another one.
+      std::int32_t expected = a;
+      if (link(a).compare_exchange_strong(expected, b, std::memory_order_relaxed)) return;
+    }
+  }
+
+ private:
+  std::atomic_ref<std::int32_t> link(std::int32_t i) {
+    return std::atomic_ref{parents_[static_cast<std::size_t>(i)]};
+  }
+  std::int32_t load(std::int32_t i) { return link(i).load(std::memory_order_relaxed); }
+
+  std::vector<std::int32_t> parents_;
+};
+
+}  // namespace cilantro

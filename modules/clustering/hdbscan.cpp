@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <tuple>
+#include <utility>
+#include <vector>
+module cilantro.clustering;
+
+namespace cilantro {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct edge {
+  double weight;
+  std::int32_t a, b;
+};
+
+/// The edges of the graph by ascending mutual reachability, the larger of both core distances and
+/// their own length.
+template <Scalar S>
+std::vector<edge> reachability_edges(const neighborhoods<S>& graph, index_t min_points) {
+  std::vector<double> core;
+  for (const auto& near : graph)
+    core.push_back(std::ssize(near) < min_points ? infinity
+                                                 : double(near[min_points - 1].distance));
+  std::vector<edge> edges;
+  for (index_t i = 0; i < graph.size(); ++i)
+    for (const auto& [j, distance] : graph[i]) {
+      const double weight = std::max(
+          {core[static_cast<std::size_t>(i)], core[static_cast<std::size_t>(j)], double(distance)});
+      if (i == j || weight == infinity) continue;
+      edges.push_back({weight, static_cast<std::int32_t>(std::min(i, j)),
+                       static_cast<std::int32_t>(std::max(i, j))});
+    }
+  std::ranges::sort(edges, [](const edge& x, const edge& y) {
+    return std::tie(x.weight, x.a, x.b) < std::tie(y.weight, y.a, y.b);
+  });
+  return edges;
+}
+
+/// The dendrogram: nodes below N are points, node N + m is the m-th merge. What no edge connects is
+/// joined at infinity, in the end.
+struct merge {
+  double weight;
+  std::int32_t left, right;
+  index_t size;
+};
+
+std::vector<merge> single_linkage(const std::vector<edge>& edges, index_t n) {
+  disjoint_sets sets{n};
+  // Of the set with a representative: its node, and its size.
+  std::vector<std::int32_t> node(static_cast<std::size_t>(n));
+  std::vector<index_t> size(static_cast<std::size_t>(n), 1);
+  for (index_t i = 0; i < n; ++i) node[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(i);
+  std::vector<merge> merges;
+  const auto join = [&](index_t a, index_t b, double weight) {
+    const auto x = static_cast<std::size_t>(sets.find(a)),
+               y = static_cast<std::size_t>(sets.find(b));
+    if (x == y) return;
+    merges.push_back({weight, node[x], node[y], size[x] + size[y]});
+    sets.join(a, b);
+    const auto root = static_cast<std::size_t>(sets.find(a));
+    node[root] = static_cast<std::int32_t>(n + std::ssize(merges) - 1);
+    size[root] = merges.back().size;
+  };
+  for (const auto& e : edges) join(e.a, e.b, e.weight);
+  for (index_t i = 1; i < n; ++i) join(0, i, infinity);
+  return merges;
+}
+
+/// A cluster of the condensed tree: one that lasts until it splits in two that are large enough.
+struct condensed {
+  double birth;  ///< λ, the inverse of a distance.
+  index_t parent;
+  double stability = 0, below = 0;
+  bool is_chosen = false;
+};
+
+class condensed_tree {
+ public:
+  condensed_tree(const std::vector<merge>& merges, index_t n, index_t least)
+      : merges_{merges}, n_{n}, least_{least} {
+    double smallest = infinity;
+    for (const auto& m : merges)
+      if (m.weight > 0) smallest = std::min(smallest, m.weight);
+    // Equal points are at no distance: as if at half of the smallest one, so that λ is finite.
+    most_ = smallest < infinity ? 2 / smallest : 1;
+    owner_.resize(static_cast<std::size_t>(n));
+    fallen_.resize(static_cast<std::size_t>(n));
+    build();
+  }
+
+  void choose(bool allow_single_cluster);
+  [[nodiscard]] hdbscan_result result() const;
+
+ private:
+  [[nodiscard]] double lambda(double weight) const {
+    return weight > 0 ? std::min(1 / weight, most_) : most_;
+  }
+  [[nodiscard]] index_t size(std::int32_t node) const {
+    return node < n_ ? 1 : merges_[static_cast<std::size_t>(node - n_)].size;
+  }
+  void build();
+  void drop(std::int32_t node, index_t cluster, double at);
+
+  const std::vector<merge>& merges_;
+  index_t n_, least_;
+  double most_ = 1;
+  std::vector<condensed> clusters_;  ///< Parents before children.
+  std::vector<index_t> owner_;       ///< The cluster that each point falls out of.
+  std::vector<double> fallen_;       ///< And the λ at which it does.
+};
+
+void condensed_tree::build() {
+  clusters_.push_back({.birth = 0, .parent = -1});
+  if (merges_.empty()) return drop(0, 0, 0);
+  // Not by recursion: the tree may be as deep as there are points.
+  std::vector<std::pair<std::int32_t, index_t>> open{
+      {static_cast<std::int32_t>(n_ + std::ssize(merges_) - 1), 0}};
+  while (!open.empty()) {
+    const auto [node, cluster] = open.back();
+    open.pop_back();
+    if (node < n_) {
+      drop(node, cluster, most_);
+      continue;
+    }
+    const auto& [weight, left, right, both] = merges_[static_cast<std::size_t>(node - n_)];
+    const double at = lambda(weight);
+    const bool splits = size(left) >= least_ && size(right) >= least_;
+    for (const auto child : {left, right}) {
+      if (splits) {
+        clusters_[static_cast<std::size_t>(cluster)].stability +=
+            double(size(child)) * (at - clusters_[static_cast<std::size_t>(cluster)].birth);
+        open.emplace_back(child, std::ssize(clusters_));
+        clusters_.push_back({.birth = at, .parent = cluster});
+      } else if (size(child) >= least_) {
+        open.emplace_back(child, cluster);
+      } else {
+        drop(child, cluster, at);
+      }
+    }
+  }
+}
+
+/// All points below `node` leave their cluster.
+void condensed_tree::drop(std::int32_t node, index_t cluster, double at) {
+  std::vector<std::int32_t> open{node};
+  auto& from = clusters_[static_cast<std::size_t>(cluster)];
+  while (!open.empty()) {
+    const auto next = open.back();
+    open.pop_back();
+    if (next < n_) {
+      owner_[static_cast<std::size_t>(next)] = cluster;
+      fallen_[static_cast<std::size_t>(next)] = at;
+      from.stability += at - from.birth;
+      continue;
+    }
+    const auto& m = merges_[static_cast<std::size_t>(next - n_)];
+    open.push_back(m.left);
+    open.push_back(m.right);
+  }
+}
+
+/// Of each branch the clusters with the most mass: a parent, or its descendants together.
+void condensed_tree::choose(bool allow_single_cluster) {
+  for (std::size_t c = clusters_.size(); c-- > 0;) {
+    auto& one = clusters_[c];
+    one.is_chosen = one.stability >= one.below && (c > 0 || allow_single_cluster);
+    if (one.parent >= 0)
+      clusters_[static_cast<std::size_t>(one.parent)].below += std::max(one.stability, one.below);
+  }
+  // Whatever lies below a chosen one belongs to it.
+  std::vector<bool> inside(clusters_.size());
+  for (std::size_t c = 1; c < clusters_.size(); ++c) {
+    const auto parent = static_cast<std::size_t>(clusters_[c].parent);
+    inside[c] = inside[parent] || clusters_[parent].is_chosen;
+    if (inside[c]) clusters_[c].is_chosen = false;
+  }
+}
+
+hdbscan_result condensed_tree::result() const {
+  std::vector<index_t> chosen;  // Of each cluster: the chosen one that it is, or lies in.
+  for (std::size_t c = 0; c < clusters_.size(); ++c) {
+    const auto parent = clusters_[c].parent;
+    chosen.push_back(clusters_[c].is_chosen ? index_t(c)
+                     : parent >= 0          ? chosen[static_cast<std::size_t>(parent)]
+                                            : -1);
+  }
+  std::vector<clusters::label> labels(owner_.size(), clusters::none);
+  std::vector<double> deepest(clusters_.size());
+  std::vector<clusters::label> number(clusters_.size(), clusters::none);
+  clusters::label next = 0;
+  for (std::size_t i = 0; i < owner_.size(); ++i) {
+    const index_t c = chosen[static_cast<std::size_t>(owner_[i])];
+    // What falls at λ = 0 is infinitely far from all others.
+    if (c < 0 || !(fallen_[i] > 0)) continue;
+    auto& l = number[static_cast<std::size_t>(c)];
+    if (l < 0) l = next++;
+    labels[i] = l;
+    deepest[static_cast<std::size_t>(c)] =
+        std::max(deepest[static_cast<std::size_t>(c)], fallen_[i]);
+  }
+  hdbscan_result found{clusters{std::move(labels)}, {}, std::vector<double>(owner_.size())};
+  for (const auto members : found) {
+    const auto of = static_cast<std::size_t>(
+        chosen[static_cast<std::size_t>(owner_[static_cast<std::size_t>(members.front())])]);
+    found.stabilities.push_back(clusters_[of].stability);
+    for (const auto i : members)
+      found.strengths[static_cast<std::size_t>(i)] =
+          deepest[of] > 0 ? fallen_[static_cast<std::size_t>(i)] / deepest[of] : 1;
+  }
+  return found;
+}
+
+}  // namespace
+
+template <Scalar S>
+hdbscan_result hdbscan(const neighborhoods<S>& graph, const hdbscan_options& options) {
+  expects(options.min_cluster_size >= 2 && options.min_points >= 1,
+          "hdbscan: a cluster has at least 2 points, a core distance at least 1");
+  expects(std::ranges::all_of(graph.indices(),
+                              [&](std::int32_t j) { return 0 <= j && j < graph.size(); }),
+          "hdbscan: a neighbor is not one of the nodes");
+  if (graph.empty()) return {};
+  const auto merges = single_linkage(reachability_edges(graph, options.min_points), graph.size());
+  condensed_tree tree{merges, graph.size(), options.min_cluster_size};
+  tree.choose(options.allow_single_cluster);
+  return tree.result();
+}
+template hdbscan_result hdbscan(const neighborhoods<float>&, const hdbscan_options&);
+template hdbscan_result hdbscan(const neighborhoods<double>&, const hdbscan_options&);
+
+}  // namespace cilantro

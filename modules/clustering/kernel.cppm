@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.clustering:kernel;
+
+import cilantro.standard;
+
+namespace cilantro {
+
+/// How much a point counts at a distance of u bandwidths: not negative, finite, and not larger for
+/// larger u. Pure, and called from several threads at once. A model may have a static constant
+/// `support`, beyond which it is 0: only points that near are then looked at; without one, all are.
+/// Models: `flat_kernel`, `epanechnikov_kernel`, `gaussian_kernel`; any lambda. `check_kernel`
+/// tests yours.
+export template <class K>
+concept Kernel = requires(const K& kernel, double u) {
+  { kernel(u) } -> std::convertible_to<double>;
+};
+
+/// The u beyond which a kernel is 0.
+export template <Kernel K>
+[[nodiscard]] constexpr double kernel_support() {
+  if constexpr (requires { K::support; })
+    return K::support;
+  else
+    return std::numeric_limits<double>::infinity();
+}
+
+/// 1 up to a bandwidth: points count alike. Climbs the density of the Epanechnikov kernel.
+export struct flat_kernel {
+  static constexpr double support = 1;
+  double operator()(double u) const { return u <= 1 ? 1 : 0; }
+};
+
+/// 1 − u² up to a bandwidth. Climbs the density of the biweight kernel (1 − u²)².
+export struct epanechnikov_kernel {
+  static constexpr double support = 1;
+  double operator()(double u) const { return u <= 1 ? 1 - u * u : 0; }
+};
+
+/// exp(−u² / 2), cut off at 4 bandwidths, where it is 0.0003. Climbs the density of the Gaussian.
+export struct gaussian_kernel {
+  static constexpr double support = 4;
+  double operator()(double u) const { return u <= support ? std::exp(-u * u / 2) : 0; }
+};
+
+static_assert(Kernel<flat_kernel> && Kernel<epanechnikov_kernel> && Kernel<gaussian_kernel>);
+
+}  // namespace cilantro

@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.clustering;
+
+namespace cilantro {
+namespace {
+
+using label = clusters::label;
+
+/// The two centres nearest to a point, by a tree where that is faster than looking at all of them.
+template <Scalar S, int D, class M>
+class centroid_search {
+ public:
+  explicit centroid_search(points_view<S, D> centroids) : centroids_{centroids} {
+    if (centroids.size() > 12 && centroids.dimension() <= 12)
+      tree_.emplace(centroids, M{}, kd_tree_options{.max_leaf_size = 4, .threads = 1});
+  }
+
+  /// Their distances, and the index of the nearest; the second is infinite if there is one only.
+  struct result {
+    label nearest;
+    S first, second;
+  };
+  [[nodiscard]] result find(const S* point) const {
+    if (tree_) {
+      const auto two =
+          tree_->nearest_two(Eigen::Map<const point_vector<S, D>>{point, centroids_.dimension()});
+      return {static_cast<label>(two[0].index), two[0].distance, two[1].distance};
+    }
+    constexpr S far = std::numeric_limits<S>::infinity();
+    result best{0, far, far};
+    for (index_t c = 0; c < centroids_.size(); ++c) {
+      const S sum = sum_to(point, c);
+      if (sum < best.first) {
+        best = {static_cast<label>(c), sum, best.first};
+      } else {
+        best.second = std::min(best.second, sum);
+      }
+    }
+    return {best.nearest, M::distance(best.first), M::distance(best.second)};
+  }
+  [[nodiscard]] S distance(const S* point, index_t c) const {
+    return M::distance(sum_to(point, c));
+  }
+
+ private:
+  [[nodiscard]] S sum_to(const S* point, index_t c) const {
+    return metric_sum(M{}, point, centroids_.data() + c * centroids_.stride(),
+                      D == dynamic ? centroids_.dimension() : index_t{D});
+  }
+
+  points_view<S, D> centroids_;
+  std::optional<kd_tree<S, D, M>> tree_;
+};
+
+/// One start of the iteration, which keeps for each point Hamerly's two bounds: on the distance to
+/// its centre from above, and to any other centre from below.
+template <Scalar S, int D, class M>
+class kmeans_run {
+ public:
+  kmeans_run(points_view<S, D> points, const kmeans_options& options)
+      : points_{points},
+        how_{options.threads, {{}, options.monitor.stop}},
+        largest_{largest_searchable_coordinate<S>(points.dimension())},
+        labels_(size(), clusters::none),
+        upper_(size()),
+        lower_(size()) {
+    for (index_t i = 0; i < points.size(); ++i)
+      if (is_searchable(at(i), points.dimension(), largest_))
+        finite_.push_back(static_cast<std::int32_t>(i));
+  }
+
+  [[nodiscard]] index_t usable() const { return std::ssize(finite_); }
+
+  void start_from(points_view<S, D> centroids) { centroids_ = centroids.matrix(); }
+  void start_at_random(index_t k, random_stream random) {
+    centroids_.resize(points_.dimension(), k);
+    index_t c = 0;
+    for (const index_t f : distinct_sample(usable(), k, random))
+      centroids_.col(c++) = points_[finite_[static_cast<std::size_t>(f)]];
+  }
+  void start_far_apart(index_t k, random_stream random);
+
+  void run(const kmeans_options& options);
+
+  [[nodiscard]] kmeans_result<S, D, M> result();
+
+ private:
+  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(points_.size()); }
+  [[nodiscard]] const S* at(index_t i) const { return points_.data() + i * points_.stride(); }
+  /// What a distance adds to the inertia.
+  static double cost(S distance) { return double(M::sum(distance)); }
+
+  bool assign();
+  void group();
+  void update();
+  point_vector<S, D> center_of(label c) const;
+  void fill_empty();
+
+  points_view<S, D> points_;
+  execution how_;
+  S largest_;
+  std::vector<std::int32_t> finite_;
+  point_matrix<S, D> centroids_;
+  std::vector<label> labels_;
+  std::vector<S> upper_, lower_;
+  std::vector<S> moved_;             ///< How far each centre has moved since the last assignment.
+  std::vector<std::uint8_t> dirty_;  ///< The centres whose points have changed.
+  std::vector<index_t> offsets_;
+  std::vector<std::int32_t> members_;
+  int iterations_ = 0;
+  bool converged_ = false;
+  index_t evaluations_ = 0;
+};
+
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::start_far_apart(index_t k, random_stream random) {
+  const index_t n = usable();
+  constexpr index_t block_size = default_block_size;
+  std::vector<double> cost_of(static_cast<std::size_t>(n), std::numeric_limits<double>::infinity());
+  std::vector<double> in_block(static_cast<std::size_t>((n + block_size - 1) / block_size));
+  centroids_.resize(points_.dimension(), k);
+  index_t chosen = random.below(n);
+  for (index_t c = 0;;) {
+    centroids_.col(c++) = points_[finite_[static_cast<std::size_t>(chosen)]];
+    if (c == k) return;
+    parallel_blocks(n, block_size, how_, [&](index_t b, index_t begin, index_t end) {
+      double sum = 0;
+      for (index_t f = begin; f < end; ++f) {
+        auto& least = cost_of[static_cast<std::size_t>(f)];
+        least =
+            std::min(least, double(metric_sum(M{}, at(finite_[static_cast<std::size_t>(f)]),
+                                              centroids_.col(c - 1).data(), points_.dimension())));
+        sum += least;
+      }
+      in_block[static_cast<std::size_t>(b)] = sum;
+    });
+    double total = 0;
+    for (const double sum : in_block) total += sum;
+    if (!(total > 0)) {  // No other point is left.
+      centroids_ = point_matrix<S, D>{centroids_.leftCols(c)};
+      return;
+    }
+    double rest = random.uniform() * total;
+    index_t block = 0;
+    while (block + 1 < std::ssize(in_block) && rest >= in_block[static_cast<std::size_t>(block)])
+      rest -= in_block[static_cast<std::size_t>(block++)];
+    // Rounding may leave a rest at the end: then the last point that can be drawn is.
+    for (index_t f = block * block_size; f < n; ++f) {
+      const double cost = cost_of[static_cast<std::size_t>(f)];
+      if (cost > 0) chosen = f;
+      if ((rest -= cost) < 0) break;
+    }
+  }
+}
+
+/// Puts every point to its nearest centre; whether one has changed.
+template <Scalar S, int D, class M>
+bool kmeans_run<S, D, M>::assign() {
+  const centroid_search<S, D, M> search{as_points(centroids_)};
+  const index_t k = centroids_.cols();
+  std::vector<S> half(static_cast<std::size_t>(k));
+  for (index_t c = 0; c < k; ++c)
+    half[static_cast<std::size_t>(c)] = search.find(centroids_.col(c).data()).second / 2;
+  const S farthest_move = moved_.empty() ? S(0) : *std::ranges::max_element(moved_);
+  // What all roundings of distances, and of bounds carried on from iteration to iteration, allow.
+  const S slack = std::numeric_limits<S>::epsilon() *
+                  S(32 + 2 * points_.dimension() + 4 * index_t{iterations_});
+  const auto is_safe = [&](S upper, S lower) { return upper * (1 + slack) < lower * (1 - slack); };
+
+  struct counts {
+    index_t changed = 0, evaluations = 0;
+    counts& operator+=(const counts& other) {
+      changed += other.changed;
+      evaluations += other.evaluations;
+      return *this;
+    }
+  };
+  std::vector<std::vector<label>> touched(
+      static_cast<std::size_t>((usable() + default_block_size - 1) / default_block_size));
+  std::vector<counts> found(touched.size());
+  parallel_blocks(usable(), default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
+    auto& count = found[static_cast<std::size_t>(b)];
+    auto& changes = touched[static_cast<std::size_t>(b)];
+    for (index_t f = begin; f < end; ++f) {
+      const auto i = static_cast<std::size_t>(finite_[static_cast<std::size_t>(f)]);
+      label& own = labels_[i];
+      if (own >= 0) {
+        const auto c = static_cast<std::size_t>(own);
+        lower_[i] -= farthest_move;
+        upper_[i] += moved_[c];
+        const S others = std::max(lower_[i], half[c]);
+        if (is_safe(upper_[i], others)) continue;
+        upper_[i] = search.distance(at(index_t(i)), own);
+        if (is_safe(upper_[i], others)) continue;
+      }
+      ++count.evaluations;
+      const auto [nearest, first, second] = search.find(at(index_t(i)));
+      upper_[i] = first;
+      lower_[i] = second;
+      if (nearest == own) continue;
+      ++count.changed;
+      changes.push_back(own);
+      changes.push_back(nearest);
+      own = nearest;
+    }
+  });
+  counts all;
+  for (const auto& count : found) all += count;
+  dirty_.assign(static_cast<std::size_t>(k), 0);
+  for (const auto& changes : touched)
+    for (const label c : changes)
+      if (c >= 0) dirty_[static_cast<std::size_t>(c)] = 1;
+  evaluations_ += all.evaluations;
+  return all.changed > 0;
+}
+
+/// The points of each centre, one centre behind the other.
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::group() {
+  offsets_.assign(static_cast<std::size_t>(centroids_.cols()) + 1, 0);
+  for (const auto i : finite_)
+    ++offsets_[static_cast<std::size_t>(labels_[static_cast<std::size_t>(i)]) + 1];
+  for (std::size_t c = 1; c < offsets_.size(); ++c) offsets_[c] += offsets_[c - 1];
+  members_.resize(finite_.size());
+  std::vector<index_t> next(offsets_.begin(), offsets_.end() - 1);
+  for (const auto i : finite_) {
+    auto& place = next[static_cast<std::size_t>(labels_[static_cast<std::size_t>(i)])];
+    members_[static_cast<std::size_t>(place++)] = i;
+  }
+}
+
+/// The mean of the points of a centre, or for L1 their median; a function of these points alone.
+template <Scalar S, int D, class M>
+point_vector<S, D> kmeans_run<S, D, M>::center_of(label c) const {
+  const auto begin = members_.begin() + offsets_[static_cast<std::size_t>(c)];
+  const auto end = members_.begin() + offsets_[static_cast<std::size_t>(c) + 1];
+  point_vector<S, D> center(points_.dimension());
+  if constexpr (std::same_as<M, manhattan>) {
+    std::vector<S> values;
+    for (index_t d = 0; d < center.size(); ++d) {
+      values.clear();
+      for (auto i = begin; i < end; ++i) values.push_back(at(*i)[d]);
+      const auto middle = values.begin() + (std::ssize(values) - 1) / 2;
+      std::ranges::nth_element(values, middle);
+      center[d] = *middle;
+    }
+  } else {
+    const point_vector<double, D> base = points_[*begin].template cast<double>();
+    point_vector<double, D> sum = point_vector<double, D>::Zero(base.size());
+    for (auto i = begin; i < end; ++i) sum += points_[*i].template cast<double>() - base;
+    center = (base + sum / double(end - begin)).template cast<S>();
+  }
+  return center;
+}
+
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::update() {
+  const point_matrix<S, D> before = centroids_;
+  group();
+  parallel_blocks(centroids_.cols(), 1, how_, [&](index_t c, index_t, index_t) {
+    const auto at = static_cast<std::size_t>(c);
+    if (dirty_[at] && offsets_[at] < offsets_[at + 1])
+      centroids_.col(c) = center_of(static_cast<label>(c));
+  });
+  fill_empty();
+  moved_.resize(static_cast<std::size_t>(centroids_.cols()));
+  for (index_t c = 0; c < centroids_.cols(); ++c)
+    moved_[static_cast<std::size_t>(c)] = M::distance(
+        metric_sum(M{}, before.col(c).data(), centroids_.col(c).data(), centroids_.rows()));
+}
+
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::fill_empty() {
+  std::vector<label> empty;
+  for (std::size_t c = 0; c + 1 < offsets_.size(); ++c)
+    if (offsets_[c] == offsets_[c + 1]) empty.push_back(static_cast<label>(c));
+  if (empty.empty()) return;
+  std::vector<index_t> count;
+  for (std::size_t c = 0; c + 1 < offsets_.size(); ++c)
+    count.push_back(offsets_[c + 1] - offsets_[c]);
+  std::vector<neighbor<S>> far(finite_.size());
+  const centroid_search<S, D, M> search{as_points(centroids_)};
+  parallel_for(usable(), how_, [&](index_t f) {
+    const index_t i = finite_[static_cast<std::size_t>(f)];
+    far[static_cast<std::size_t>(f)] = {
+        i, search.distance(at(i), labels_[static_cast<std::size_t>(i)])};
+  });
+  std::ranges::sort(far, [](const auto& a, const auto& b) {
+    return std::pair{-a.distance, a.index} < std::pair{-b.distance, b.index};
+  });
+  auto next = far.begin();
+  for (const label c : empty) {
+    while (next != far.end() &&
+           count[static_cast<std::size_t>(labels_[static_cast<std::size_t>(next->index)])] < 2)
+      ++next;
+    if (next == far.end() || !(next->distance > 0)) break;
+    const auto i = static_cast<std::size_t>(next++->index);
+    --count[static_cast<std::size_t>(labels_[i])];
+    ++count[static_cast<std::size_t>(c)];
+    labels_[i] = c;
+    lower_[i] = upper_[i] = 0;
+    centroids_.col(c) = points_[index_t(i)];
+  }
+  // Those that have given a point away have another centre now.
+  group();
+  for (label c = 0; c < centroids_.cols(); ++c)
+    if (offsets_[static_cast<std::size_t>(c)] < offsets_[static_cast<std::size_t>(c) + 1])
+      centroids_.col(c) = center_of(c);
+}
+
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::run(const kmeans_options& options) {
+  while (assign()) {
+    if (iterations_ == options.max_iterations) return;
+    ++iterations_;
+    update();
+    if (options.tolerance > 0 && double(*std::ranges::max_element(moved_)) <= options.tolerance) {
+      assign();
+      break;
+    }
+  }
+  converged_ = true;
+}
+
+template <Scalar S, int D, class M>
+kmeans_result<S, D, M> kmeans_run<S, D, M>::result() {
+  const centroid_search<S, D, M> search{as_points(centroids_)};
+  const double inertia = ordered_sum(usable(), how_, 0.0, [&](double& sum, index_t f) {
+    const index_t i = finite_[static_cast<std::size_t>(f)];
+    sum += cost(search.distance(at(i), labels_[static_cast<std::size_t>(i)]));
+  });
+  kmeans_result<S, D, M> found{clusters{labels_}, {},         inertia,
+                               iterations_,       converged_, evaluations_};
+  found.centroids.resize(centroids_.rows(), found.size());
+  for (index_t c = 0; c < found.size(); ++c)
+    found.centroids.col(c) = centroids_.col(labels_[static_cast<std::size_t>(found[c].front())]);
+  return found;
+}
+
+}  // namespace
+
+template <Scalar S, int D, CoordinateMetric<S> M>
+kmeans_result<S, D, M> closed_kmeans(points_view<S, D> points, index_t k, points_view<S, D> initial,
+                                     const kmeans_options& options) {
+  expects(k >= 1, "kmeans: there must be at least one cluster");
+  expects(options.restarts >= 1 && options.max_iterations >= 0 && options.tolerance >= 0,
+          "kmeans: restarts must be positive, the limit and the tolerance not negative");
+  const bool given = !initial.empty();
+  expects(!given || (initial.dimension() == points.dimension() && initial.matrix().allFinite()),
+          "kmeans: the centroids must be finite, and of the points' dimension");
+  std::optional<kmeans_result<S, D, M>> best;
+  index_t evaluations = 0;
+  const int starts = given ? 1 : options.restarts;
+  for (int start = 0; start < starts; ++start) {
+    kmeans_run<S, D, M> run{points, options};
+    expects(k <= run.usable(), "kmeans: there must be at least as many finite points as clusters");
+    const random_stream random{options.seed, static_cast<std::uint64_t>(start)};
+    if (given)
+      run.start_from(initial);
+    else if (options.start == kmeans_start::plus_plus)
+      run.start_far_apart(k, random);
+    else
+      run.start_at_random(k, random);
+    run.run(options);
+    auto found = run.result();
+    evaluations += found.evaluations;
+    if (!best || found.inertia < best->inertia) best = std::move(found);
+    if (options.monitor.progress) options.monitor.progress(double(start + 1) / double(starts));
+  }
+  best->evaluations = evaluations;
+  return *std::move(best);
+}
+
+template <Scalar S, int D, CoordinateMetric<S> M>
+std::vector<label> closed_nearest(points_view<S, D> centroids, points_view<S, D> points,
+                                  const execution& how) {
+  expects(points.empty() || centroids.empty() || centroids.dimension() == points.dimension(),
+          "assign: points and centroids must have the same dimension");
+  std::vector<label> labels(static_cast<std::size_t>(points.size()), clusters::none);
+  if (centroids.empty()) return labels;
+  const centroid_search<S, D, M> search{centroids};
+  const S largest = largest_searchable_coordinate<S>(points.dimension());
+  parallel_for(points.size(), how, [&](index_t i) {
+    const S* point = points.data() + i * points.stride();
+    if (is_searchable(point, points.dimension(), largest))
+      labels[static_cast<std::size_t>(i)] = search.find(point).nearest;
+  });
+  return labels;
+}
+
+#define CILANTRO_INSTANTIATE_FOR(S, D, M)                                                      \
+  template kmeans_result<S, D, M> closed_kmeans(points_view<S, D>, index_t, points_view<S, D>, \
+                                                const kmeans_options&);                        \
+  template std::vector<label> closed_nearest<S, D, M>(points_view<S, D>, points_view<S, D>,    \
+                                                      const execution&);
+#define CILANTRO_INSTANTIATE(S, D)          \
+  CILANTRO_INSTANTIATE_FOR(S, D, euclidean) \
+  CILANTRO_INSTANTIATE_FOR(S, D, manhattan)
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+#undef CILANTRO_INSTANTIATE_FOR
+
+}  // namespace cilantro

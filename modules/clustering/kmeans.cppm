@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.clustering:kmeans;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import cilantro.cloud;
+import :clusters;
+
+namespace cilantro {
+
+/// Where the centres begin.
+export enum class kmeans_start {
+  plus_plus,      ///< Points drawn one after another, those far from all earlier ones more likely.
+  random_points,  ///< Points drawn alike.
+};
+
+export struct kmeans_options {
+  kmeans_start start = kmeans_start::plus_plus;
+  int restarts = 1;  ///< Of several starts, the result with the least inertia counts.
+  int max_iterations = 100;
+  /// Ends once no centroid moves farther, in the units of the points. At 0 it ends when no point
+  /// changes its cluster.
+  double tolerance = 0;
+  std::uint64_t seed = 0;
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+template <Scalar S, int D, CoordinateMetric<S> M>
+std::vector<clusters::label> closed_nearest(points_view<S, D> centroids, points_view<S, D> points,
+                                            const execution& how);
+
+/// Clusters by the nearest of some centres, by the metric M.
+export template <Scalar S, int D, CoordinateMetric<S> M>
+struct kmeans_result : clusters {
+  /// `Dim × size()`: column c is the centre of cluster c.
+  point_matrix<S, D> centroids;
+  /// Squared distances (of medians: distances) of all points to their centres, together.
+  double inertia = 0;
+  int iterations = 0;       ///< Of the best start.
+  bool converged = false;   ///< Whether it ended before the limit of iterations.
+  index_t evaluations = 0;  ///< Points that were compared with all centres, in all starts together.
+
+  /// The number of the nearest centre of each point, of equally near ones the first; −1 for points
+  /// that are not finite. Throws `invalid_input` for points of another dimension.
+  template <PointsOrCloud P>
+  [[nodiscard]] std::vector<clusters::label> assign(const P& points,
+                                                    const execution& how = {}) const {
+    constexpr int C = closed_dimension<D>;
+    return closed_nearest<S, C, M>(points_in(centroids), places_in(points), how);
+  }
+};
+
+/// What a run needs besides the points: centres to start from, or how many.
+template <Scalar S, int D, CoordinateMetric<S> M>
+kmeans_result<S, D, M> closed_kmeans(points_view<S, D> points, index_t k, points_view<S, D> initial,
+                                     const kmeans_options& options);
+
+template <CoordinateMetric M, PointsOrCloud P>
+[[nodiscard]] auto kmeans_by(const P& points, index_t k, points_view_in<P> initial,
+                             const kmeans_options& options) {
+  using view = points_view_in<P>;
+  using S = typename view::scalar;
+  constexpr int D = view::static_dimension;
+  auto found = closed_kmeans<S, closed_dimension<D>, M>(places_in(points), k, initial, options);
+  if constexpr (D == closed_dimension<D>)
+    return found;
+  else
+    return kmeans_result<S, D, M>{static_cast<clusters&&>(found),
+                                  found.centroids,
+                                  found.inertia,
+                                  found.iterations,
+                                  found.converged,
+                                  found.evaluations};
+}
+
+/// Splits points into at most k clusters so that the squared distances to the mean of their cluster
+/// are small: Lloyd's iteration to a local minimum, exactly, but with most distances left out.
+///
+/// A centre that loses all its points moves to the point farthest from its own; only where there
+/// are fewer different points than k are there fewer clusters. Points that are not finite are in
+/// none. The same for any number of threads. Throws `invalid_input` unless there are k finite
+/// points and k is at least 1, and for options that are negative; `cancelled`. O(N log k) an
+/// iteration in low dimension, less when centres move little; memory is 12 bytes a point in float.
+/// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly
+/// 2010, "Making k-means even faster", and the two nearest centres come from a kd-tree.
+export template <PointsOrCloud P>
+[[nodiscard]] auto kmeans(const P& points, index_t k, const kmeans_options& options = {}) {
+  return kmeans_by<euclidean>(points, k, {}, options);
+}
+/// As above from given centres, `Dim × k`; one start. Throws `invalid_input` also for centres that
+/// are not finite or of another dimension.
+export template <PointsOrCloud P, PointsSource C>
+[[nodiscard]] auto kmeans(const P& points, const C& centroids, const kmeans_options& options = {}) {
+  const auto initial = points_in(centroids);
+  return kmeans_by<euclidean>(points, initial.size(), initial, options);
+}
+
+/// As `kmeans` by distances along the axes (L1), whose best centres are the medians of each
+/// coordinate: few far points do not move them.
+export template <PointsOrCloud P>
+[[nodiscard]] auto kmedians(const P& points, index_t k, const kmeans_options& options = {}) {
+  return kmeans_by<manhattan>(points, k, {}, options);
+}
+export template <PointsOrCloud P, PointsSource C>
+[[nodiscard]] auto kmedians(const P& points, const C& centroids,
+                            const kmeans_options& options = {}) {
+  const auto initial = points_in(centroids);
+  return kmeans_by<manhattan>(points, initial.size(), initial, options);
+}
+
+}  // namespace cilantro

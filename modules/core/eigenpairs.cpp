@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+module cilantro.core;
+
+namespace cilantro {
+namespace {
+
+/// Below, the full decomposition is at least as fast.
+constexpr index_t small = 300;
+
+void fix_signs(Eigen::MatrixXd& vectors) {
+  for (auto column : vectors.colwise()) {
+    index_t largest = 0;
+    column.cwiseAbs().maxCoeff(&largest);
+    if (column[largest] < 0) column = -column;
+  }
+}
+
+eigenpairs failed() {
+  return {.values = {}, .vectors = {}, .converged = false};
+}
+
+eigenpairs from_all(const Eigen::MatrixXd& matrix, index_t count) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{matrix};
+  if (solver.info() != Eigen::Success) return failed();
+  eigenpairs found{.values = solver.eigenvalues().tail(count).reverse(),
+                   .vectors = solver.eigenvectors().rightCols(count).rowwise().reverse()};
+  fix_signs(found.vectors);
+  return found;
+}
+
+/// Some rows of matrix · in.
+void multiply(const Eigen::MatrixXd& matrix, index_t row, index_t count,
+              const Eigen::Ref<const Eigen::MatrixXd>& in, Eigen::Ref<Eigen::MatrixXd> out) {
+  // By columns, which is how they lie in memory: it is symmetric.
+  out.middleRows(row, count).noalias() = matrix.middleCols(row, count).transpose() * in;
+}
+void multiply(const sparse_matrix& matrix, index_t row, index_t count,
+              const Eigen::Ref<const Eigen::MatrixXd>& in, Eigen::Ref<Eigen::MatrixXd> out) {
+  const auto* start = matrix.outerIndexPtr();
+  for (index_t i = row; i < row + count; ++i)
+    for (index_t c = 0; c < in.cols(); ++c) {
+      double sum = 0;
+      for (auto k = start[i]; k < start[i + 1]; ++k)
+        sum += matrix.valuePtr()[k] * in(matrix.innerIndexPtr()[k], c);
+      out(i, c) = sum;
+    }
+}
+
+/// A subspace that grows by blocks of products with the matrix, and shrinks to its best vectors.
+template <class Matrix>
+class block_lanczos {
+ public:
+  block_lanczos(const Matrix& matrix, index_t count, const eigenpair_options& options)
+      : matrix_{matrix},
+        options_{options},
+        count_{count},
+        block_{count + 2},
+        room_{std::min(matrix.rows(), std::max(4 * block_, block_ + 40))},
+        basis_(matrix.rows(), room_),
+        image_(matrix.rows(), room_) {}
+
+  [[nodiscard]] eigenpairs run() {
+    Eigen::MatrixXd next(matrix_.rows(), block_);
+    for (auto column : next.colwise()) column = any_vector();
+    for (int restart = 0;; ++restart) {
+      fill(std::move(next));
+      Eigen::MatrixXd inner = basis_.transpose() * image_;
+      inner = (inner + inner.transpose()).eval() / 2;
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz{inner};
+      if (ritz.info() != Eigen::Success) return failed();
+
+      const index_t kept = std::min(room_ - 1, std::max(block_, room_ / 2));
+      const Eigen::MatrixXd best = ritz.eigenvectors().rightCols(kept).rowwise().reverse();
+      const Eigen::VectorXd values = ritz.eigenvalues().tail(kept).reverse();
+      basis_.leftCols(kept) = (basis_ * best).eval();
+      image_.leftCols(kept) = (image_ * best).eval();
+      size_ = kept;
+      next = image_.leftCols(block_) - basis_.leftCols(block_) * values.head(block_).asDiagonal();
+      const double scale = ritz.eigenvalues().cwiseAbs().maxCoeff();
+      if (next.leftCols(count_).colwise().norm().maxCoeff() <= options_.tolerance * scale) {
+        eigenpairs found{.values = values.head(count_), .vectors = basis_.leftCols(count_)};
+        fix_signs(found.vectors);
+        return found;
+      }
+      if (restart == options_.max_restarts) return failed();
+    }
+  }
+
+ private:
+  Eigen::VectorXd any_vector() {
+    random_stream random{0, drawn_++};
+    Eigen::VectorXd v(matrix_.rows());
+    for (double& x : v) x = random.uniform(-1, 1);
+    return v;
+  }
+
+  /// Makes `v` orthogonal to the basis, and one longer; a vector that is already in its span is
+  /// replaced by another one, which may lie in parts of the space that no product has reached.
+  void append(Eigen::VectorXd v) {
+    for (;;) {
+      const double before = v.norm();
+      if (before > 0) {
+        v /= before;
+        // Twice is enough (Kahan, as told by Parlett 1998, section 6.9).
+        for (int pass = 0; pass < 2; ++pass)
+          v -= basis_.leftCols(size_) * (basis_.leftCols(size_).transpose() * v);
+        if (const double after = v.norm(); after > 1e-8) {
+          basis_.col(size_++) = v / after;
+          return;
+        }
+      }
+      v = any_vector();
+    }
+  }
+
+  void fill(Eigen::MatrixXd next) {
+    const execution how{options_.threads, {{}, options_.monitor.stop}};
+    while (size_ < room_) {
+      const index_t first = size_, width = std::min(block_, room_ - size_);
+      for (index_t c = 0; c < width; ++c) append(next.col(c));
+      parallel_blocks(matrix_.rows(), 64, how, [&](index_t, index_t begin, index_t end) {
+        multiply(matrix_, begin, end - begin, basis_.middleCols(first, width),
+                 image_.middleCols(first, width));
+      });
+      next = image_.middleCols(first, width);
+    }
+  }
+
+  const Matrix& matrix_;
+  const eigenpair_options& options_;
+  index_t count_, block_, room_, size_ = 0;
+  Eigen::MatrixXd basis_, image_;  ///< Orthonormal vectors, and the matrix times each of them.
+  std::uint64_t drawn_ = 0;
+};
+
+template <class Matrix>
+eigenpairs largest(const Matrix& matrix, bool is_finite, index_t count,
+                   const eigenpair_options& options) {
+  expects(matrix.rows() == matrix.cols() && is_finite,
+          "largest_eigenpairs: the matrix must be square and finite");
+  expects(0 <= count && count <= matrix.rows(),
+          "largest_eigenpairs: there are as many eigenpairs as rows");
+  expects(options.max_restarts >= 0 && options.tolerance >= 0,
+          "largest_eigenpairs: limit and tolerance must not be negative");
+  if (options.monitor.stop.stop_requested()) throw cancelled{};
+  if (count == 0) return {.values = {}, .vectors = Eigen::MatrixXd(matrix.rows(), 0)};
+  if (matrix.rows() <= small || 8 * (count + 2) > matrix.rows())
+    return from_all(Eigen::MatrixXd{matrix}, count);
+  return block_lanczos<Matrix>{matrix, count, options}.run();
+}
+
+}  // namespace
+
+eigenpairs largest_eigenpairs(const Eigen::MatrixXd& matrix, index_t count,
+                              const eigenpair_options& options) {
+  return largest(matrix, matrix.allFinite(), count, options);
+}
+
+eigenpairs largest_eigenpairs(const sparse_matrix& matrix, index_t count,
+                              const eigenpair_options& options) {
+  expects(matrix.isCompressed(), "largest_eigenpairs: the matrix must be compressed");
+  const Eigen::Map<const Eigen::VectorXd> values{matrix.valuePtr(), matrix.nonZeros()};
+  return largest(matrix, values.allFinite(), count, options);
+}
+
+}  // namespace cilantro

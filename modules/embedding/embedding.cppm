@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.embedding: points in few dimensions that keep given distances.
+export module cilantro.embedding;
+
+export import cilantro.core;
+export import cilantro.search;
+export import cilantro.geometry;
+export import cilantro.cloud;
+export import :multidimensional_scaling;
+export import :shortest_paths;
+export import :isomap;

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+module cilantro.embedding;
+
+namespace cilantro {
+namespace {
+
+/// The component of each node, numbered in the order of their first nodes; −1 for nodes without any
+/// neighbour, not even themselves, which are no points.
+template <Scalar S>
+std::vector<index_t> components_in(const neighborhoods<S>& graph, index_t& count) {
+  std::vector<index_t> component(static_cast<std::size_t>(graph.size()), -1);
+  std::vector<index_t> open;
+  count = 0;
+  for (index_t start = 0; start < graph.size(); ++start) {
+    if (component[static_cast<std::size_t>(start)] >= 0 || graph[start].empty()) continue;
+    component[static_cast<std::size_t>(start)] = count;
+    open.assign(1, start);
+    while (!open.empty()) {
+      const index_t i = open.back();
+      open.pop_back();
+      for (const auto& [j, distance] : graph[i])
+        if (auto& c = component[static_cast<std::size_t>(j)]; c < 0) {
+          c = count;
+          open.push_back(j);
+        }
+    }
+    ++count;
+  }
+  return component;
+}
+
+}  // namespace
+
+template <Scalar S>
+isomap_result isomap(const neighborhoods<S>& graph, const embedding_options& options) {
+  expects(graph.size() <= most_isomap_points,
+          "isomap: there are too many nodes for all distances; take a sample");
+  const auto both_ways = neighbor_graph(graph, {.self = true, .threads = options.threads});
+  isomap_result result;
+  const auto component = components_in(both_ways, result.components);
+  std::vector<index_t> sizes(static_cast<std::size_t>(result.components));
+  for (const index_t c : component)
+    if (c >= 0) ++sizes[static_cast<std::size_t>(c)];
+  index_t largest = 0;
+  for (index_t c = 1; c < result.components; ++c)
+    if (sizes[static_cast<std::size_t>(c)] > sizes[static_cast<std::size_t>(largest)]) largest = c;
+  for (index_t i = 0; i < graph.size(); ++i)
+    if (component[static_cast<std::size_t>(i)] == largest) result.kept.push_back(i);
+  if (result.kept.empty()) return result;
+
+  Eigen::MatrixXd lengths = shortest_paths(both_ways, {options.threads, options.monitor});
+  const auto n = std::ssize(result.kept);
+  if (n < graph.size()) {
+    Eigen::MatrixXd within(n, n);
+    for (index_t j = 0; j < n; ++j)
+      for (index_t i = 0; i < n; ++i)
+        within(i, j) = lengths(result.kept[static_cast<std::size_t>(i)],
+                               result.kept[static_cast<std::size_t>(j)]);
+    lengths = std::move(within);
+  }
+  // There and back are the same sums in another order.
+  for (index_t j = 0; j < n; ++j)
+    for (index_t i = 0; i < j; ++i) lengths(i, j) = lengths(j, i);
+  static_cast<embedding_result&>(result) = multidimensional_scaling(std::move(lengths), options);
+  return result;
+}
+template isomap_result isomap(const neighborhoods<float>&, const embedding_options&);
+template isomap_result isomap(const neighborhoods<double>&, const embedding_options&);
+
+}  // namespace cilantro

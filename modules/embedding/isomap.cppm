@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.embedding:isomap;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import cilantro.cloud;
+import :multidimensional_scaling;
+
+namespace cilantro {
+
+/// Points along the surface that they lie on.
+export struct isomap_result : embedding_result {
+  /// The points that have coordinates, ascending: column c is of point `kept[c]`. All of them, if
+  /// the graph is connected.
+  std::vector<index_t> kept;
+  index_t components = 0;  ///< Of the graph.
+};
+
+/// What `isomap` refuses to go beyond: N² distances would take 20 GB.
+export inline constexpr index_t most_isomap_points = 50000;
+
+/// Embeds the nodes of a graph by the lengths of shortest paths in place of distances, which
+/// unrolls a curved surface. Of several components the largest is embedded (of equally large ones
+/// the first), since nothing is known about how they lie to each other. Edges count both ways.
+/// Throws as `multidimensional_scaling` and `shortest_paths` do, and `invalid_input` for more than
+/// `most_isomap_points` nodes. O(N · E log N) and 16 N² bytes.
+/// Source: Tenenbaum, de Silva & Langford 2000, "A global geometric framework for nonlinear
+/// dimensionality reduction".
+export template <Scalar S>
+[[nodiscard]] isomap_result isomap(const neighborhoods<S>& graph,
+                                   const embedding_options& options = {});
+
+/// As above, over the graph of the points' neighbourhoods. Points that are not finite are not
+/// embedded.
+export template <class P>
+  requires PointsSource<P> || PointCloud<P>
+[[nodiscard]] isomap_result isomap(const P& points, neighborhood_spec spec,
+                                   const embedding_options& options = {}) {
+  if constexpr (PointCloud<P>) {
+    return isomap(points.points, spec, options);
+  } else {
+    const auto view = points_in(points);
+    if (view.empty()) return {};
+    expects(view.size() <= most_isomap_points,
+            "isomap: there are too many points for all distances; take a sample");
+    return isomap(neighbor_graph(view, spec, {.self = true, .threads = options.threads}), options);
+  }
+}
+
+}  // namespace cilantro

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.model:cylinder;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.cloud;
+import :data;
+import :limits;
+import :line;
+
+namespace cilantro {
+
+/// The points at a distance of `radius` from an axis in 3D, without ends. In double, whatever the
+/// points are in.
+export struct cylinder_model {
+  line_model<3> axis;
+  double radius = 0;
+
+  /// Positive outside. In the units of the points.
+  template <class V>
+  [[nodiscard]] double signed_distance(const Eigen::MatrixBase<V>& point) const {
+    return axis.distance(point) - radius;
+  }
+};
+
+export struct cylinder_limits {
+  std::optional<direction_limit> axis = {};
+  radius_limit radius = {};
+};
+
+/// The cylinder of two points and their normals.
+[[nodiscard]] std::optional<cylinder_model> cylinder_of(const Eigen::Vector3d& p,
+                                                        const Eigen::Vector3d& p_normal,
+                                                        const Eigen::Vector3d& q,
+                                                        const Eigen::Vector3d& q_normal,
+                                                        const cylinder_limits& limits);
+/// That of least squares, from one that is near it.
+[[nodiscard]] std::optional<cylinder_model> refine_cylinder(const gathered_points& data,
+                                                            const cylinder_model& start,
+                                                            const cylinder_limits& limits);
+
+/// Cylinders through points with normals: two of them are a sample, degenerate if the normals are
+/// parallel. More are fitted by least squares of the distances to the cylinder, from that of the
+/// two whose normals differ most among a few. Views points and normals, which must outlive it.
+/// Source: Schnabel, Wahl & Klein 2007, "Efficient RANSAC for point-cloud shape detection", section
+/// 4.1; the iteration is Gauss–Newton.
+export template <Scalar S>
+class cylinder_family {
+ public:
+  using model_type = cylinder_model;
+
+  /// Throws `invalid_input` unless there is one normal a point, and for limits that make no sense.
+  template <BorrowedPoints P, BorrowedPoints N>
+    requires(dimension_of<P> == 3 && dimension_of<N> == 3)
+  cylinder_family(P&& points, N&& normals, cylinder_limits limits = {})
+      : points_{as_points(std::forward<P>(points))},
+        normals_{as_points(std::forward<N>(normals))},
+        limits_{std::move(limits)} {
+    expects(points_.size() == normals_.size(), "cylinder_family: there must be one normal a point");
+    expect_sensible(limits_.axis, 3);
+    expect_sensible(limits_.radius);
+  }
+
+  [[nodiscard]] index_t size() const { return points_.size(); }
+  [[nodiscard]] index_t sample_size() const { return 2; }
+  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+    if (indices.size() < 2) return std::nullopt;
+    const index_t first = indices.front();
+    index_t other = indices[1];
+    // The widest angle to the first of a few that are spread over all of them.
+    const std::size_t stride = std::max<std::size_t>(1, indices.size() / 64);
+    for (std::size_t k = 1; k < indices.size(); k += stride)
+      if (cosine(first, indices[k]) < cosine(first, other)) other = indices[k];
+    const auto start =
+        cylinder_of(points_[first].template cast<double>(), normals_[first].template cast<double>(),
+                    points_[other].template cast<double>(), normals_[other].template cast<double>(),
+                    indices.size() == 2 ? limits_ : cylinder_limits{});
+    if (!start || indices.size() == 2) return start;
+    const auto data = gather_points<S, 3>(points_, indices);
+    return data ? refine_cylinder(*data, *start, limits_) : std::nullopt;
+  }
+  [[nodiscard]] double residual(const model_type& model, index_t i) const {
+    return std::abs(model.signed_distance(points_[i]));
+  }
+
+ private:
+  [[nodiscard]] S cosine(index_t i, index_t j) const {
+    return std::abs(normals_[i].dot(normals_[j]));
+  }
+
+  points_view<S, 3> points_, normals_;
+  cylinder_limits limits_;
+};
+export template <BorrowedPoints P, BorrowedPoints N>
+cylinder_family(P&&, N&&, cylinder_limits = {}) -> cylinder_family<scalar_of<P>>;
+
+}  // namespace cilantro

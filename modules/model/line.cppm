@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.model:line;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.cloud;
+import :data;
+import :limits;
+
+namespace cilantro {
+
+/// The points `point` + t · `direction`. In double, whatever the points are in.
+export template <int D>
+struct line_model {
+  using vector = Eigen::Matrix<double, D, 1>;
+  vector point;      ///< One of the line.
+  vector direction;  ///< Unit length; its entry of largest magnitude is positive.
+
+  /// In the units of the points.
+  template <class V>
+  [[nodiscard]] double distance(const Eigen::MatrixBase<V>& other) const {
+    const vector from = other.template cast<double>() - point;
+    return (from - direction.dot(from) * direction).norm();
+  }
+};
+
+export struct line_limits {
+  std::optional<direction_limit> direction = {};
+};
+
+[[nodiscard]] std::optional<line_model<dynamic>> fit_line(
+    const std::optional<gathered_points>& data, const line_limits& limits);
+
+/// Lines through points of any dimension: two different ones are a sample, and the least squares of
+/// more are the mean and the direction of largest variance. Views the points, which must outlive
+/// it.
+/// Source: Pearson 1901.
+export template <Scalar S, int D>
+class line_family {
+ public:
+  using model_type = line_model<D>;
+
+  /// Throws `invalid_input` for limits that make no sense.
+  template <BorrowedData P>
+  explicit line_family(P&& points, line_limits limits = {})
+      : points_{data_in(std::forward<P>(points))}, limits_{std::move(limits)} {
+    if (!points_.empty()) expect_sensible(limits_.direction, points_.dimension());
+  }
+
+  [[nodiscard]] index_t size() const { return points_.size(); }
+  [[nodiscard]] index_t sample_size() const { return 2; }
+  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+    const auto found = fit_line(gather_points<S, closed_dimension<D>>(points_, indices), limits_);
+    if (!found) return std::nullopt;
+    return model_type{found->point, found->direction};
+  }
+  [[nodiscard]] double residual(const model_type& model, index_t i) const {
+    return model.distance(points_[i]);
+  }
+
+ private:
+  points_view<S, D> points_;
+  line_limits limits_;
+};
+export template <BorrowedData P>
+line_family(P&&, line_limits = {})
+    -> line_family<typename data_view_of<P>::scalar, data_view_of<P>::static_dimension>;
+
+}  // namespace cilantro

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.model:ransac;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// A family of models over some data, numbered from 0 to `size()` − 1, one of which most of the
+/// data may agree with.
+///
+/// Semantics: `fit(indices)` returns the model of a minimal sample of `sample_size()` data, or of
+/// more data the one that fits them best, in the sense of least squares; nothing if they are
+/// degenerate, not finite, or the model is not allowed. `residual(model, i)` is how far datum i is
+/// from agreeing: not negative, or NaN for a datum that is not finite. Both are const, depend on
+/// nothing but their arguments, and are called from several threads at once. A family may also have
+/// a type `scalar` and `residuals(model, first, out)`, which writes to a `std::span<scalar>` the
+/// residuals of as many data from the first on, and is then used in place of `residual`.
+/// Models: `hyperplane_family`, `line_family`, `sphere_family`, `circle_family`, `cylinder_family`,
+/// `transform_family`; `check_ransac_model` tests yours.
+export template <class F>
+concept RansacModel =
+    requires {
+      typename F::model_type;
+      requires std::copyable<typename F::model_type>;
+    } && requires(const F& family, std::span<const index_t> indices,
+                  const typename F::model_type& model, index_t i) {
+      { family.size() } -> std::convertible_to<index_t>;
+      { family.sample_size() } -> std::convertible_to<index_t>;
+      { family.fit(indices) } -> std::same_as<std::optional<typename F::model_type>>;
+      { family.residual(model, i) } -> std::convertible_to<double>;
+    };
+
+/// By what the best model is chosen.
+export enum class ransac_score {
+  inliers,  ///< The number of inliers.
+  msac,     ///< Each inlier counts 1 − (residual / max_residual)²: near ones count more.
+};
+
+export struct ransac_options {
+  /// Data up to this residual are inliers. No default: it is in the units of the residuals.
+  positive max_residual;
+  ransac_score score = ransac_score::msac;
+  /// The search ends once a sample without outliers has been drawn with this probability, judged by
+  /// the best model so far. At 1 it goes on to the limit.
+  double confidence = 0.999;
+  index_t max_iterations = 1000;  ///< Samples, at most.
+  index_t min_inliers = 0;        ///< With fewer, or fewer than a sample, there is no model.
+  /// Whether each new best model is fitted to its inliers again while that makes it better.
+  bool local_optimization = true;
+  /// Whether the last model is fitted to its inliers until they stay the same.
+  bool refit = true;
+  /// If positive: a model is first tried on so many data, drawn once, and given up unless its share
+  /// of inliers among them is within three standard deviations of that of the best model. Saves
+  /// most of the work on large data; a better model is lost once in a thousand times.
+  index_t preview = 0;
+  std::uint64_t seed = 0;
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// A model that data agree on.
+export template <class Model>
+struct ransac_result {
+  Model model;
+  std::vector<index_t> inliers;  ///< Ascending.
+  double score = 0;              ///< By what it was chosen, after the last fit.
+  double rmse = 0;               ///< Root mean square of the residuals of the inliers.
+  index_t iterations = 0;        ///< Samples that were drawn.
+};
+
+/// The score of some of the data: their count, and what they count by the chosen score.
+struct data_score {
+  index_t inliers = 0;
+  double value = 0;
+};
+
+template <class F>
+struct residual_scalar {
+  using type = double;
+};
+template <class F>
+  requires requires { typename F::scalar; }
+struct residual_scalar<F> {
+  using type = typename F::scalar;
+};
+
+/// Of data of which `active` is not 0, or of all if it is empty.
+template <Scalar S>
+data_score score_of(std::span<const S> residuals, std::span<const std::uint8_t> active,
+                    double max_residual, ransac_score by);
+void expect_sensible(const ransac_options& options);
+/// How many samples it takes to draw one without outliers with the given probability.
+double samples_needed(double confidence, double share, index_t sample_size);
+/// Whether a share of inliers in `count` data is too small to be that of a model as good as `best`.
+bool is_hopeless(double share, double best, index_t count);
+
+/// Data looked at between two questions whether a model can still win.
+inline constexpr index_t score_block_size = 1024;
+/// Samples that are tried at the same time, by as many threads as there are.
+inline constexpr index_t samples_at_a_time = 16;
+/// Fits of a model to its inliers, one after another.
+inline constexpr int most_refits = 10;
+
+/// The search in those data of a family that are still active.
+template <RansacModel F>
+class ransac_search {
+ public:
+  using model_type = typename F::model_type;
+  using scalar = typename residual_scalar<F>::type;
+
+  ransac_search(const F& family, const ransac_options& options)
+      : family_{family}, options_{options}, size_{family.size()} {
+    expect_sensible(options);
+    expects(family.sample_size() > 0, "ransac: a sample must have data");
+    for (index_t i = 0; i < size_; ++i) left_.push_back(i);
+  }
+
+  /// Nothing if there is none. `round` makes the samples differ from those of other rounds.
+  [[nodiscard]] std::optional<ransac_result<model_type>> find(std::uint64_t round);
+  /// Leaves some data out from now on.
+  void remove(std::span<const index_t> indices) {
+    if (active_.empty()) active_.assign(static_cast<std::size_t>(size_), 1);
+    for (const index_t i : indices) active_[static_cast<std::size_t>(i)] = 0;
+    std::erase_if(left_, [&](index_t i) { return !active_[static_cast<std::size_t>(i)]; });
+  }
+
+ private:
+  struct candidate {
+    std::optional<model_type> model;
+    data_score score;
+  };
+
+  void residuals(const model_type& model, index_t first, std::span<scalar> out) const {
+    if constexpr (requires { family_.residuals(model, first, out); }) {
+      family_.residuals(model, first, out);
+    } else {
+      for (scalar& r : out) r = static_cast<scalar>(family_.residual(model, first++));
+    }
+  }
+  /// Calls `f(first, residuals)` for each block of data, until it returns false.
+  template <class G>
+  void for_each_block(const model_type& model, G&& f) const {
+    std::array<scalar, score_block_size> room;
+    for (index_t first = 0; first < size_; first += score_block_size) {
+      const auto count = std::min(score_block_size, size_ - first);
+      const std::span out{room.data(), static_cast<std::size_t>(count)};
+      residuals(model, first, out);
+      if (!f(first, std::span<const scalar>{out})) return;
+    }
+  }
+  [[nodiscard]] std::span<const std::uint8_t> active(index_t first, std::size_t count) const {
+    return active_.empty() ? std::span<const std::uint8_t>{}
+                           : std::span{active_}.subspan(static_cast<std::size_t>(first), count);
+  }
+
+  /// The score of a model; less than the whole once it cannot be above `bound` any more.
+  [[nodiscard]] data_score score(const model_type& model, double bound) const {
+    data_score sum;
+    for_each_block(model, [&](index_t first, std::span<const scalar> r) {
+      const auto part =
+          score_of<scalar>(r, active(first, r.size()), options_.max_residual, options_.score);
+      sum.inliers += part.inliers;
+      sum.value += part.value;
+      return sum.value + double(size_ - first - std::ssize(r)) > bound;
+    });
+    return sum;
+  }
+  [[nodiscard]] std::vector<index_t> inliers(const model_type& model) const {
+    std::vector<index_t> found;
+    for_each_block(model, [&](index_t first, std::span<const scalar> r) {
+      const auto mask = active(first, r.size());
+      for (std::size_t k = 0; k < r.size(); ++k)
+        if (double(r[k]) <= options_.max_residual && (mask.empty() || mask[k]))
+          found.push_back(first + static_cast<index_t>(k));
+      return true;
+    });
+    return found;
+  }
+
+  [[nodiscard]] candidate try_sample(std::uint64_t round, index_t iteration,
+                                     const candidate& best) const;
+  void improve(candidate& best) const;
+  [[nodiscard]] std::optional<ransac_result<model_type>> finish(candidate best,
+                                                                index_t iterations) const;
+
+  const F& family_;
+  const ransac_options& options_;
+  index_t size_;
+  std::vector<index_t> left_;          ///< The data that are still active.
+  std::vector<std::uint8_t> active_;   ///< The same as a mask; empty while all are.
+  std::vector<index_t> preview_ = {};  ///< Data that models are first tried on.
+};
+
+template <RansacModel F>
+auto ransac_search<F>::try_sample(std::uint64_t round, index_t iteration,
+                                  const candidate& best) const -> candidate {
+  auto sample = distinct_sample(
+      std::ssize(left_), family_.sample_size(),
+      random_stream{options_.seed, (round << 40) + static_cast<std::uint64_t>(iteration)});
+  for (index_t& i : sample) i = left_[static_cast<std::size_t>(i)];
+  candidate next{family_.fit(sample), {}};
+  if (!next.model) return next;
+  if (!preview_.empty() && best.model) {
+    index_t agree = 0;
+    for (const index_t i : preview_)
+      agree += double(family_.residual(*next.model, i)) <= options_.max_residual;
+    const auto count = std::ssize(preview_);
+    if (is_hopeless(double(agree) / double(count),
+                    double(best.score.inliers) / double(std::ssize(left_)), count))
+      return {};
+  }
+  next.score = score(*next.model, best.score.value);
+  return next;
+}
+
+template <RansacModel F>
+void ransac_search<F>::improve(candidate& best) const {
+  for (int k = 0; k < most_refits; ++k) {
+    const auto fitted = family_.fit(inliers(*best.model));
+    if (!fitted) return;
+    const auto value = score(*fitted, best.score.value);
+    if (!(value.value > best.score.value)) return;
+    best = {*fitted, value};
+  }
+}
+
+template <RansacModel F>
+auto ransac_search<F>::finish(candidate best, index_t iterations) const
+    -> std::optional<ransac_result<model_type>> {
+  const index_t least = std::max<index_t>(options_.min_inliers, family_.sample_size());
+  auto agree = inliers(*best.model);
+  for (int k = 0; options_.refit && k < most_refits; ++k) {
+    const auto fitted = family_.fit(agree);
+    if (!fitted) break;
+    auto others = inliers(*fitted);
+    if (std::ssize(others) < std::min(least, std::ssize(agree))) break;
+    const bool is_settled = others == agree;
+    best.model = fitted;
+    agree = std::move(others);
+    if (is_settled) break;
+  }
+  if (std::ssize(agree) < least) return std::nullopt;
+  double sum = 0;
+  for (const index_t i : agree) {
+    const double r = family_.residual(*best.model, i);
+    sum += r * r;
+  }
+  const double score_now = score(*best.model, -1).value;
+  const double rmse = std::sqrt(sum / double(std::ssize(agree)));
+  return ransac_result<model_type>{*std::move(best.model), std::move(agree), score_now, rmse,
+                                   iterations};
+}
+
+template <RansacModel F>
+auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<model_type>> {
+  const index_t data = std::ssize(left_), sample_size = family_.sample_size();
+  if (data < sample_size) return std::nullopt;
+  preview_.clear();
+  if (options_.preview > 0 && options_.preview < data)
+    for (const index_t i :
+         distinct_sample(data, options_.preview, random_stream{options_.seed, ~round}))
+      preview_.push_back(left_[static_cast<std::size_t>(i)]);
+
+  // Samples are drawn and judged as if one after another; only the work is done ahead.
+  const index_t ahead = options_.threads == 1 ? 1 : samples_at_a_time;
+  const execution how{options_.threads, {{}, options_.monitor.stop}};
+  candidate best;
+  index_t iteration = 0;
+  double needed = double(options_.max_iterations);
+  std::vector<candidate> next(static_cast<std::size_t>(ahead));
+  while (double(iteration) < needed) {
+    const index_t count = std::min(ahead, options_.max_iterations - iteration);
+    parallel_blocks(count, 1, how, [&](index_t k, index_t, index_t) {
+      next[static_cast<std::size_t>(k)] = try_sample(round, iteration + k, best);
+    });
+    for (index_t k = 0; k < count && double(iteration) < needed; ++k) {
+      ++iteration;
+      auto& one = next[static_cast<std::size_t>(k)];
+      if (!one.model || one.score.inliers < sample_size || !(one.score.value > best.score.value))
+        continue;
+      best = std::move(one);
+      if (options_.local_optimization) improve(best);
+      needed = std::min(double(options_.max_iterations),
+                        samples_needed(options_.confidence,
+                                       double(best.score.inliers) / double(data), sample_size));
+    }
+    if (options_.monitor.progress)
+      options_.monitor.progress(std::min(1.0, double(iteration) / std::max(needed, 1.0)));
+  }
+  if (!best.model) return std::nullopt;
+  return finish(std::move(best), iteration);
+}
+
+/// Random sample consensus: the model of the family that most of the data agree with, among those
+/// of random samples. Nothing if no sample gave a model with enough inliers, also where there are
+/// fewer data than a sample needs. The same for any number of threads, and for any earlier call.
+/// Throws `invalid_input` for options that make no sense; `cancelled`. O(samples · N).
+/// Source: Fischler & Bolles 1981, "Random sample consensus"; the score is that of Torr & Zisserman
+/// 2000, "MLESAC"; the local optimisation that of Chum, Matas & Kittler 2003, "Locally optimized
+/// RANSAC", in its iterated form.
+export template <RansacModel F>
+[[nodiscard]] auto ransac(const F& family, const ransac_options& options)
+    -> std::optional<ransac_result<typename F::model_type>> {
+  return ransac_search<F>{family, options}.find(0);
+}
+
+/// Up to `count` models, one after another: each is sought among the data that agree with none of
+/// those before, and the first that is not found ends the search. Set `min_inliers`, or any few
+/// data will do in the end.
+export template <RansacModel F>
+[[nodiscard]] auto sequential_ransac(const F& family, index_t count, const ransac_options& options)
+    -> std::vector<ransac_result<typename F::model_type>> {
+  expects(count >= 0, "sequential_ransac: the count must not be negative");
+  ransac_search<F> search{family, options};
+  std::vector<ransac_result<typename F::model_type>> found;
+  while (std::ssize(found) < count) {
+    auto next = search.find(found.size());
+    if (!next) break;
+    search.remove(next->inliers);
+    found.push_back(*std::move(next));
+  }
+  return found;
+}
+
+}  // namespace cilantro

@@ -118,6 +118,26 @@ int main() {
          return 24.0 * double(turned.size());
        },
        3.5},  // All edges of the graph have to be sorted.
+      {"connected_components", make,
+       [&] {
+         const auto parts = connected_components(cloud.points, knn{30});
+         return 4.0 * double(parts.labels().size());
+       }},
+      {"dbscan", make,
+       [&] {
+         const auto found = dbscan(cloud.points, {.radius = 0.02});
+         return 5.0 * double(found.labels().size());
+       }},
+      {"kmeans", make,
+       [&] {
+         const auto found = kmeans(cloud.points, 20, {.max_iterations = 3});
+         return 4.0 * double(found.labels().size());
+       }},
+      {"ransac, a plane", make,
+       [&] {
+         const auto found = ransac(hyperplane_family{cloud.points}, {.max_residual = 0.05});
+         return 8.0 * double(found->inliers.size());
+       }},
       {"cloud_from_depth", [] { return 2.0 * 4000 * 2000; },
        [] {
          const image<std::uint16_t> depth(4000, 2000, 1500);

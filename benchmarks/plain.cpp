@@ -205,7 +205,7 @@ CILANTRO_BENCHMARK(bytes_write);
 /// Lloyd's iteration as everybody writes it, all distances each time.
 void kmeans_100(benchmark::State& state) {
   const auto& xyz = frame();
-  const std::ptrdiff_t n = std::ssize(xyz) / 3;
+  const auto n = static_cast<std::ptrdiff_t>(xyz.size() / 3);
   using point = Eigen::Map<const Eigen::Vector3f>;
   double inertia = 0;
   for (auto _ : state) {

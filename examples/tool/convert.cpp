@@ -6,7 +6,7 @@
 #include <string>
 
 #include "commands.hpp"
-#include "depth_options.hpp"
+#include "common_options.hpp"
 
 import cilantro;
 import tool;

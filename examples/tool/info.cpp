@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "depth_options.hpp"
+#include "common_options.hpp"
 
 import cilantro;
 import tool;

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "commands.hpp"
-#include "depth_options.hpp"
+#include "common_options.hpp"
 
 import cilantro;
 import tool;
@@ -76,10 +76,6 @@ void add_plane(CLI::App& app) {
   command->add_option("--seed", settings->seed, "Of the random samples")->capture_default_str();
   command->add_option("--inliers", settings->inliers, "Where to write the points of the plane");
   command->add_option("--others", settings->others, "Where to write all other points");
-  add_depth_options(*command, settings->depth);
-  command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
-      ->check(CLI::NonNegativeNumber);
-  command->add_flag("--json", settings->as_json, "The result as one JSON object");
-  command->add_flag("--quiet", settings->quiet, "No progress");
+  add_common_options(*command, *settings);
   command->callback([settings] { run(*settings); });
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "depth_options.hpp"
+#include "common_options.hpp"
 
 import cilantro;
 import scan_io;
@@ -81,10 +81,6 @@ void add_segment(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->add_option("--picture", settings->picture, "The parts in colours, as PNG");
-  add_depth_options(*command, settings->depth);
-  command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
-      ->check(CLI::NonNegativeNumber);
-  command->add_flag("--json", settings->as_json, "The result as one JSON object");
-  command->add_flag("--quiet", settings->quiet, "No progress");
+  add_common_options(*command, *settings);
   command->callback([settings] { run(*settings); });
 }

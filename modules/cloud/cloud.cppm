@@ -8,6 +8,7 @@ export import cilantro.search;
 export import cilantro.geometry;
 export import :attribute;
 export import :point_cloud;
+export import :places;
 export import :filters;
 export import :depth_cloud;
 export import :pipeline;

@@ -8,7 +8,6 @@ export import cilantro.search;
 export import cilantro.geometry;
 export import cilantro.cloud;
 export import :clusters;
-export import :disjoint_sets;
 export import :connected_components;
 export import :dbscan;
 export import :hdbscan;

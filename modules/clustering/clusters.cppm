@@ -61,21 +61,7 @@ export class clusters {
 export [[nodiscard]] Eigen::Matrix<float, 3, dynamic> label_colors(
     std::span<const clusters::label> labels);
 
-/// The points of a cloud, for the functions of this module that take points: clouds are welcome.
-template <class T>
-concept PointsOrCloud = PointsSource<T> || PointCloud<T>;
-
-template <PointsOrCloud T>
-[[nodiscard]] auto places_in(const T& source) {
-  if constexpr (PointCloud<T>)
-    return points_in(source.points);
-  else
-    return points_in(source);
-}
 /// Points whose neighbours one thread asks for at a time; few, since searches vary in cost.
 inline constexpr index_t search_block_size = 256;
-
-template <PointsOrCloud T>
-using points_view_in = decltype(places_in(std::declval<const T&>()));
 
 }  // namespace cilantro

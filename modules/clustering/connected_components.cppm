@@ -6,7 +6,6 @@ import cilantro.core;
 import cilantro.search;
 import cilantro.cloud;
 import :clusters;
-import :disjoint_sets;
 
 namespace cilantro {
 
@@ -47,15 +46,13 @@ void join_similar(disjoint_sets& sets, index_t i, const Near& near, const F& sim
 
 /// The connected components of the graph whose nodes are the points, and whose edges are the pairs
 /// of neighbours, in either direction, that are similar. A node without a similar neighbour is a
-/// component of its own. The same for any number of threads. O(E), and 4 bytes a node.
+/// component of its own. The same for any number of threads. O(E) time and O(N) memory.
 /// Throws `invalid_input` for a neighbour that is no node; `cancelled`.
 export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
 [[nodiscard]] clusters connected_components(const neighborhoods<S>& graph, const F& similar = {},
                                             const components_options& options = {}) {
   expect_sensible(options, graph.size());
-  expects(std::ranges::all_of(graph.indices(),
-                              [&](std::int32_t j) { return 0 <= j && j < graph.size(); }),
-          "connected_components: a neighbor is not one of the nodes");
+  expect_nodes(graph, "connected_components");
   disjoint_sets sets{graph.size()};
   parallel_for(graph.size(), {options.threads, options.monitor},
                [&](index_t i) { join_similar<S>(sets, i, graph[i], similar); });
@@ -63,8 +60,9 @@ export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
 }
 
 /// As above, of points whose neighbours a searcher finds. They are compared as they are found and
-/// not kept: memory is 5 bytes a point, for any neighbourhood. Points that are not finite are in no
-/// component. Throws `invalid_input` unless the searcher can be that of the points.
+/// not kept: memory is O(N), about 30 bytes a point, for any neighbourhood. Points that are not
+/// finite are in no component. Throws `invalid_input` unless the searcher can be that of the
+/// points.
 export template <NeighborSearcher T, PointsOrCloud P,
                  SimilarityFunction<typename T::scalar> F = every_neighbor>
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,
@@ -92,7 +90,7 @@ export template <NeighborSearcher T, PointsOrCloud P,
 
 /// As above, through a kd-tree.
 export template <PointsOrCloud P,
-                 SimilarityFunction<typename points_view_in<P>::scalar> F = every_neighbor>
+                 SimilarityFunction<typename places_view_of<P>::scalar> F = every_neighbor>
 [[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
                                             const F& similar = {},
                                             const components_options& options = {}) {

@@ -7,7 +7,6 @@ import cilantro.search;
 import cilantro.cloud;
 import :clusters;
 import :connected_components;
-import :disjoint_sets;
 
 namespace cilantro {
 
@@ -16,7 +15,7 @@ export struct dbscan_options {
   /// As many points within the radius, the point itself among them, make it a core of a cluster.
   index_t min_points = 5;
   int threads = 0;
-  task_monitor monitor = {};  ///< Progress is that of each of three passes.
+  task_monitor monitor = {};
 };
 
 export struct dbscan_result : clusters {
@@ -27,7 +26,7 @@ export struct dbscan_result : clusters {
 /// radius of a core. Such a border point goes to the nearest core, and of equally near ones to that
 /// with the smallest index, where the published algorithm takes whichever comes first; all others
 /// are noise, in no cluster. Points that are not finite are noise. The same for any number of
-/// threads. Two searches a point; memory is 9 bytes a point, since no neighbourhood is kept.
+/// threads. Two searches a point; memory is O(N), since no neighbourhood is kept.
 /// Throws `invalid_input` for `min_points` below 1, and unless the searcher can be that of the
 /// points; `cancelled`.
 /// Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for discovering clusters";
@@ -45,8 +44,15 @@ export template <NeighborSearcher T, PointsOrCloud P>
   const auto core = [&](index_t i) -> std::uint8_t& {
     return is_core[static_cast<std::size_t>(i)];
   };
-  const auto for_each = [&](neighborhood_spec spec, const auto& wanted, const auto& visit) {
-    parallel_blocks(n, search_block_size, {options.threads, options.monitor},
+  // Three passes, of which the second looks at whole neighbourhoods.
+  const auto for_each = [&](double begin_share, double end_share, neighborhood_spec spec,
+                            const auto& wanted, const auto& visit) {
+    task_monitor part{{}, options.monitor.stop};
+    if (options.monitor.progress)
+      part.progress = [&](double share) {
+        options.monitor.progress(begin_share + share * (end_share - begin_share));
+      };
+    parallel_blocks(n, search_block_size, {options.threads, part},
                     [&](index_t, index_t begin, index_t end) {
                       std::vector<neighbor<S>> near;
                       for (index_t i = begin; i < end; ++i) {
@@ -58,17 +64,17 @@ export template <NeighborSearcher T, PointsOrCloud P>
   };
 
   for_each(
-      knn_in_radius{options.min_points, reach}, [](index_t) { return true; },
+      0, 0.2, knn_in_radius{options.min_points, reach}, [](index_t) { return true; },
       [&](index_t i, const auto& near) { core(i) = std::ssize(near) == options.min_points; });
   disjoint_sets sets{n};
   for_each(
-      radius{reach}, [&](index_t i) { return bool(core(i)); },
+      0.2, 0.9, radius{reach}, [&](index_t i) { return bool(core(i)); },
       [&](index_t i, const auto& near) {
         join_similar<S>(sets, i, near, [&](index_t, index_t j, S) { return bool(core(j)); });
       });
   std::vector<clusters::label> labels(static_cast<std::size_t>(n), clusters::none);
   for_each(
-      radius{reach}, [&](index_t i) { return !core(i); },
+      0.9, 1, radius{reach}, [&](index_t i) { return !core(i); },
       [&](index_t i, const auto& near) {
         const auto nearest =
             std::ranges::find_if(near, [&](const auto& found) { return core(found.index); });

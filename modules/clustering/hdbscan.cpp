@@ -222,9 +222,9 @@ template <Scalar S>
 hdbscan_result hdbscan(const neighborhoods<S>& graph, const hdbscan_options& options) {
   expects(options.min_cluster_size >= 2 && options.min_points >= 1,
           "hdbscan: a cluster has at least 2 points, a core distance at least 1");
-  expects(std::ranges::all_of(graph.indices(),
-                              [&](std::int32_t j) { return 0 <= j && j < graph.size(); }),
-          "hdbscan: a neighbor is not one of the nodes");
+  expect_nodes(graph, "hdbscan");
+  expects(std::ranges::all_of(graph.distances(), [](S d) { return d >= 0; }),
+          "hdbscan: a distance is negative or NaN");
   if (graph.empty()) return {};
   const auto merges = single_linkage(reachability_edges(graph, options.min_points), graph.size());
   condensed_tree tree{merges, graph.size(), options.min_cluster_size};

@@ -30,10 +30,11 @@ export struct hdbscan_result : clusters {
 /// infinitely far apart. With the neighbours of a `knn{k}` where k is well above `min_points`, 15
 /// to 30, this differs from the hierarchy of all pairs only where clusters are far apart, and with
 /// k = N it is the same. Neighbourhoods contain the point itself, as searches find it; a point
-/// without any is noise. O(E log E), 32 bytes an edge. Throws `invalid_input` for a neighbour that
-/// is no node, and for a size or count below 1 (of clusters: 2). Source: Campello, Moulavi, Zimek &
-/// Sander 2015, "Hierarchical density estimates for data clustering", algorithms 1 and 3; the
-/// condensed tree of McInnes & Healy 2017.
+/// without any is noise. O(E log E), 32 bytes an edge.
+/// Throws `invalid_input` for a neighbour that is no node, for a distance that is negative or NaN,
+/// and for a size or count below 1 (of clusters: 2).
+/// Source: Campello, Moulavi, Zimek & Sander 2015, "Hierarchical density estimates for data
+/// clustering", algorithms 1 and 3; the condensed tree of McInnes & Healy 2017.
 export template <Scalar S>
 [[nodiscard]] hdbscan_result hdbscan(const neighborhoods<S>& graph,
                                      const hdbscan_options& options = {});

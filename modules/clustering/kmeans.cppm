@@ -58,9 +58,9 @@ kmeans_result<S, D, M> closed_kmeans(points_view<S, D> points, index_t k, points
                                      const kmeans_options& options);
 
 template <CoordinateMetric M, PointsOrCloud P>
-[[nodiscard]] auto kmeans_by(const P& points, index_t k, points_view_in<P> initial,
+[[nodiscard]] auto kmeans_by(const P& points, index_t k, places_view_of<P> initial,
                              const kmeans_options& options) {
-  using view = points_view_in<P>;
+  using view = places_view_of<P>;
   using S = typename view::scalar;
   constexpr int D = view::static_dimension;
   auto found = closed_kmeans<S, closed_dimension<D>, M>(places_in(points), k, initial, options);
@@ -80,9 +80,10 @@ template <CoordinateMetric M, PointsOrCloud P>
 ///
 /// A centre that loses all its points moves to the point farthest from its own; only where there
 /// are fewer different points than k are there fewer clusters. Points that are not finite are in
-/// none. The same for any number of threads. Throws `invalid_input` unless there are k finite
-/// points and k is at least 1, and for options that are negative; `cancelled`. O(N log k) an
-/// iteration in low dimension, less when centres move little; memory is 12 bytes a point in float.
+/// none. The same for any number of threads. O(N log k) an iteration in low dimension, less when
+/// centres move little; memory is about 30 bytes a point in float.
+/// Throws `invalid_input` unless there are k finite points and k is at least 1, and for options
+/// that are negative; `cancelled`.
 /// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly
 /// 2010, "Making k-means even faster", and the two nearest centres come from a kd-tree.
 export template <PointsOrCloud P>

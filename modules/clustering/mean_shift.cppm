@@ -143,11 +143,11 @@ export template <PointsOrCloud P, Kernel K = gaussian_kernel>
 /// As above from some seeds only, which may lie anywhere; each point is then in the cluster of the
 /// nearest mode, and a mode that is nearest to none is left out.
 export template <PointsOrCloud P, PointsSource Q, Kernel K = gaussian_kernel>
-  requires std::same_as<scalar_of<Q>, typename points_view_in<P>::scalar>
+  requires std::same_as<scalar_of<Q>, typename places_view_of<P>::scalar>
 [[nodiscard]] auto mean_shift(const P& points, const Q& seeds, positive bandwidth,
                               const K& kernel = {}, const mean_shift_options& options = {}) {
-  const points_view_in<P> view = places_in(points);
-  return shift_all(view, points_view_in<P>{points_in(seeds)}, false, bandwidth, kernel, options);
+  const places_view_of<P> view = places_in(points);
+  return shift_all(view, places_view_of<P>{points_in(seeds)}, false, bandwidth, kernel, options);
 }
 
 }  // namespace cilantro

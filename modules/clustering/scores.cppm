@@ -36,7 +36,7 @@ std::vector<double> closed_silhouettes(points_view<S, D> points,
 export template <PointsOrCloud P>
 [[nodiscard]] std::vector<double> silhouettes(const P& points, std::span<const std::int32_t> labels,
                                               const execution& how = {}) {
-  using view = points_view_in<P>;
+  using view = places_view_of<P>;
   return closed_silhouettes<typename view::scalar, closed_dimension<view::static_dimension>>(
       places_in(points), labels, how);
 }

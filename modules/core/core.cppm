@@ -15,5 +15,6 @@ export import :transform;
 export import :execution;
 export import :parallel;
 export import :random;
+export import :disjoint_sets;
 export import :eigenpairs;
 export import :violations;

@@ -13,23 +13,17 @@ namespace {
 /// neighbour, not even themselves, which are no points.
 template <Scalar S>
 std::vector<index_t> components_in(const neighborhoods<S>& graph, index_t& count) {
+  disjoint_sets sets{graph.size()};
+  for (index_t i = 0; i < graph.size(); ++i)
+    for (const auto& [j, distance] : graph[i]) sets.join(i, j);
   std::vector<index_t> component(static_cast<std::size_t>(graph.size()), -1);
-  std::vector<index_t> open;
   count = 0;
-  for (index_t start = 0; start < graph.size(); ++start) {
-    if (component[static_cast<std::size_t>(start)] >= 0 || graph[start].empty()) continue;
-    component[static_cast<std::size_t>(start)] = count;
-    open.assign(1, start);
-    while (!open.empty()) {
-      const index_t i = open.back();
-      open.pop_back();
-      for (const auto& [j, distance] : graph[i])
-        if (auto& c = component[static_cast<std::size_t>(j)]; c < 0) {
-          c = count;
-          open.push_back(j);
-        }
-    }
-    ++count;
+  for (index_t i = 0; i < graph.size(); ++i) {
+    if (graph[i].empty()) continue;
+    // A root comes first in its set.
+    const index_t root = sets.find(i);
+    component[static_cast<std::size_t>(i)] =
+        root == i ? count++ : component[static_cast<std::size_t>(root)];
   }
   return component;
 }

@@ -33,19 +33,14 @@ export template <Scalar S>
 
 /// As above, over the graph of the points' neighbourhoods. Points that are not finite are not
 /// embedded.
-export template <class P>
-  requires PointsSource<P> || PointCloud<P>
+export template <PointsOrCloud P>
 [[nodiscard]] isomap_result isomap(const P& points, neighborhood_spec spec,
                                    const embedding_options& options = {}) {
-  if constexpr (PointCloud<P>) {
-    return isomap(points.points, spec, options);
-  } else {
-    const auto view = points_in(points);
-    if (view.empty()) return {};
-    expects(view.size() <= most_isomap_points,
-            "isomap: there are too many points for all distances; take a sample");
-    return isomap(neighbor_graph(view, spec, {.self = true, .threads = options.threads}), options);
-  }
+  const auto view = places_in(points);
+  if (view.empty()) return {};
+  expects(view.size() <= most_isomap_points,
+          "isomap: there are too many points for all distances; take a sample");
+  return isomap(neighbor_graph(view, spec, {.self = true, .threads = options.threads}), options);
 }
 
 }  // namespace cilantro

@@ -39,8 +39,7 @@ void paths_from(const neighborhoods<S>& graph, index_t start, std::vector<entry>
 template <Scalar S>
 Eigen::MatrixXd shortest_paths(const neighborhoods<S>& graph, const execution& how) {
   const index_t n = graph.size();
-  expects(std::ranges::all_of(graph.indices(), [&](auto j) { return 0 <= j && j < n; }),
-          "shortest_paths: a neighbor is not one of the nodes");
+  expect_nodes(graph, "shortest_paths");
   expects(std::ranges::all_of(graph.distances(), [](S d) { return d >= 0; }),
           "shortest_paths: a distance is negative or NaN");
   Eigen::MatrixXd lengths(n, n);

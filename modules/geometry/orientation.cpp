@@ -14,29 +14,6 @@ module cilantro.geometry;
 namespace cilantro {
 namespace {
 
-/// Sets that are merged, each known by one of its members.
-class disjoint_sets {
- public:
-  explicit disjoint_sets(index_t size) : parent_(static_cast<std::size_t>(size)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  std::int32_t find(std::int32_t i) {
-    while (at(i) != i) i = at(i) = at(at(i));
-    return i;
-  }
-  /// False if they were one already.
-  bool merge(std::int32_t i, std::int32_t j) {
-    i = find(i);
-    j = find(j);
-    at(std::max(i, j)) = std::min(i, j);
-    return i != j;
-  }
-
- private:
-  std::int32_t& at(std::int32_t i) { return parent_[static_cast<std::size_t>(i)]; }
-  std::vector<std::int32_t> parent_;
-};
-
 template <class S>
 struct costly_edge {
   S cost;
@@ -105,7 +82,7 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
   // Kruskal's algorithm; what stays in `edges` is the tree, or a tree per part. An edge that was
   // found from both of its ends does no harm.
   disjoint_sets parts{n};
-  std::erase_if(edges, [&](const costly_edge<S>& e) { return !parts.merge(e.i, e.j); });
+  std::erase_if(edges, [&](const costly_edge<S>& e) { return !parts.join(e.i, e.j); });
   edges.shrink_to_fit();
   std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
   for (const auto& e : edges)
@@ -124,7 +101,7 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
   std::vector<std::int32_t> root(static_cast<std::size_t>(n), -1);
   for (index_t i = 0; i < n; ++i) {
     if (!is_known(i)) continue;
-    auto& best = root[static_cast<std::size_t>(parts.find(static_cast<std::int32_t>(i)))];
+    auto& best = root[static_cast<std::size_t>(parts.find(i))];
     if (best < 0 || rank(i) < rank(best)) best = static_cast<std::int32_t>(i);
   }
 

@@ -30,9 +30,9 @@ export struct circle_limits {
   radius_limit radius = {};
 };
 
-[[nodiscard]] std::optional<circle_model> fit_circle(const std::optional<gathered_points>& data,
-                                                     double negligible,
-                                                     const circle_limits& limits);
+template <Scalar S>
+std::optional<circle_model> fit_circle(points_view<S, 3> points, std::span<const index_t> indices,
+                                       const circle_limits& limits);
 
 /// Circles through points in 3D: three points are a sample, degenerate if they lie on a line. More
 /// are fitted by the plane of least squares, and within it as `sphere_family` does. Views the
@@ -43,10 +43,10 @@ class circle_family {
   using model_type = circle_model;
 
   /// Throws `invalid_input` for limits that make no sense.
-  template <BorrowedData P>
-    requires(data_view_of<P>::static_dimension == 3)
+  template <BorrowedPlaces P>
+    requires(places_view_of<P>::static_dimension == 3)
   explicit circle_family(P&& points, circle_limits limits = {})
-      : points_{data_in(std::forward<P>(points))}, limits_{std::move(limits)} {
+      : points_{as_places(std::forward<P>(points))}, limits_{std::move(limits)} {
     expect_sensible(limits_.normal, 3);
     expect_sensible(limits_.radius);
   }
@@ -54,7 +54,7 @@ class circle_family {
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return 3; }
   [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
-    return fit_circle(gather_points<S, 3>(points_, indices), negligible_ratio<S>, limits_);
+    return fit_circle(points_, indices, limits_);
   }
   [[nodiscard]] double residual(const model_type& model, index_t i) const {
     return model.distance(points_[i]);
@@ -64,7 +64,7 @@ class circle_family {
   points_view<S, 3> points_;
   circle_limits limits_;
 };
-export template <BorrowedData P>
-circle_family(P&&, circle_limits = {}) -> circle_family<typename data_view_of<P>::scalar>;
+export template <BorrowedPlaces P>
+circle_family(P&&, circle_limits = {}) -> circle_family<typename places_view_of<P>::scalar>;
 
 }  // namespace cilantro

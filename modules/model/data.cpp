@@ -23,17 +23,33 @@ std::optional<gathered_points> gather_points(points_view<S, D> points,
   return data;
 }
 
-principal_frame frame_of(const gathered_points& data) {
-  const Eigen::VectorXd mean = data.points.rowwise().mean();
-  const Eigen::MatrixXd around = data.points.colwise() - mean;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{around * around.transpose() /
-                                                            double(around.cols())};
-  return {data.origin + mean, axes.eigenvectors(), axes.eigenvalues()};
+template <Scalar S, int D>
+std::optional<principal_frame> frame_of(points_view<S, D> points,
+                                        std::span<const index_t> indices) {
+  if (indices.empty() || points.dimension() == 0) return std::nullopt;
+  using vector = point_vector<double, D>;
+  const index_t d = points.dimension();
+  // Around one of the points, so that far from the origin nothing is lost.
+  const vector origin = points[indices.front()].template cast<double>();
+  vector sum = vector::Zero(d);
+  Eigen::Matrix<double, D, D> square = Eigen::Matrix<double, D, D>::Zero(d, d);
+  for (const index_t i : indices) {
+    const vector p = points[i].template cast<double>() - origin;
+    sum += p;
+    square.noalias() += p * p.transpose();
+  }
+  const double n = double(indices.size());
+  const Eigen::VectorXd mean = sum / n;
+  const Eigen::MatrixXd covariance = Eigen::MatrixXd{square} / n - mean * mean.transpose();
+  if (!covariance.allFinite()) return std::nullopt;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
+  return principal_frame{origin + mean, axes.eigenvectors(), axes.eigenvalues()};
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                         \
-  template std::optional<gathered_points> gather_points(points_view<S, D>, \
-                                                        std::span<const index_t>);
+#define CILANTRO_INSTANTIATE(S, D)                                                 \
+  template std::optional<gathered_points> gather_points(points_view<S, D>,         \
+                                                        std::span<const index_t>); \
+  template std::optional<principal_frame> frame_of(points_view<S, D>, std::span<const index_t>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

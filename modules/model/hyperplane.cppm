@@ -32,18 +32,31 @@ export struct hyperplane_limits {
   std::optional<direction_limit> normal = {};
 };
 
-/// Through all of the data if they are `dimension` many, and otherwise of least squares.
-[[nodiscard]] std::optional<hyperplane_model<dynamic>> fit_hyperplane(
-    const std::optional<gathered_points>& data, double negligible, const hyperplane_limits& limits);
-
-/// |normal · (x − origin) + offset| of consecutive points, in S.
+/// Through all of the points with the given indices if they are Dim many, and otherwise of least
+/// squares.
 template <Scalar S, int D>
-void hyperplane_residuals(points_view<S, D> points, const point_vector<S, D>& origin,
-                          const point_vector<S, D>& normal, S offset, S* out);
+std::optional<hyperplane_model<dynamic>> fit_hyperplane(points_view<S, D> points,
+                                                        std::span<const index_t> indices,
+                                                        const hyperplane_limits& limits);
+
+/// The coordinates of all points, one row each, relative to the first finite point: as vectors of
+/// the processor want them, and with all their digits far from the origin.
+template <Scalar S>
+struct coordinate_rows {
+  Eigen::Matrix<S, dynamic, dynamic, Eigen::RowMajor> rows;
+  Eigen::VectorXd origin;
+};
+template <Scalar S, int D>
+coordinate_rows<S> rows_of(points_view<S, D> points);
+
+/// |normal · x + offset| of consecutive points, x relative to the origin of the rows.
+template <Scalar S>
+void hyperplane_residuals(const coordinate_rows<S>& points, const Eigen::VectorXd& normal,
+                          double offset, index_t first, std::span<S> out);
 
 /// Hyperplanes through points: Dim of them are a sample, and the least squares of more are the mean
 /// and the direction of least variance. A sample is degenerate if it lies in a smaller subspace.
-/// Views the points, which must outlive it.
+/// Views the points, which must outlive it, and has a copy of their coordinates for speed.
 /// Source: Pearson 1901, "On lines and planes of closest fit to systems of points in space".
 export template <Scalar S, int D>
 class hyperplane_family {
@@ -52,21 +65,18 @@ class hyperplane_family {
   using model_type = hyperplane_model<D>;
 
   /// Throws `invalid_input` for limits that make no sense.
-  template <BorrowedData P>
+  template <BorrowedPlaces P>
   explicit hyperplane_family(P&& points, hyperplane_limits limits = {})
-      : points_{data_in(std::forward<P>(points))}, limits_{std::move(limits)} {
+      : points_{as_places(std::forward<P>(points))}, limits_{std::move(limits)} {
     if (points_.empty()) return;
     expect_sensible(limits_.normal, points_.dimension());
-    index_t first = 0;
-    while (first + 1 < points_.size() && !is_finite(points_[first])) ++first;
-    origin_ = points_[first];
+    rows_ = rows_of<S, closed>(points_);
   }
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return std::max<index_t>(points_.dimension(), 1); }
   [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
-    const auto found =
-        fit_hyperplane(gather_points<S, closed>(points_, indices), negligible_ratio<S>, limits_);
+    const auto found = fit_hyperplane<S, closed>(points_, indices, limits_);
     if (!found) return std::nullopt;
     return model_type{found->normal, found->offset};
   }
@@ -74,19 +84,17 @@ class hyperplane_family {
     return std::abs(plane.signed_distance(points_[i]));
   }
   void residuals(const model_type& plane, index_t first, std::span<S> out) const {
-    const point_vector<S, closed> normal = plane.normal.template cast<S>();
-    hyperplane_residuals<S, closed>(points_.slice(first, std::ssize(out)), origin_, normal,
-                                    static_cast<S>(plane.signed_distance(origin_)), out.data());
+    hyperplane_residuals<S>(rows_, plane.normal, plane.signed_distance(rows_.origin), first, out);
   }
 
  private:
   static constexpr int closed = closed_dimension<D>;
   points_view<S, D> points_;
   hyperplane_limits limits_;
-  point_vector<S, closed> origin_;  ///< A point of the set, so that residuals keep their digits.
+  coordinate_rows<S> rows_;
 };
-export template <BorrowedData P>
+export template <BorrowedPlaces P>
 hyperplane_family(P&&, hyperplane_limits = {})
-    -> hyperplane_family<typename data_view_of<P>::scalar, data_view_of<P>::static_dimension>;
+    -> hyperplane_family<typename places_view_of<P>::scalar, places_view_of<P>::static_dimension>;
 
 }  // namespace cilantro

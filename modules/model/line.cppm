@@ -29,7 +29,7 @@ export struct line_limits {
 };
 
 [[nodiscard]] std::optional<line_model<dynamic>> fit_line(
-    const std::optional<gathered_points>& data, const line_limits& limits);
+    const std::optional<principal_frame>& frame, const line_limits& limits);
 
 /// Lines through points of any dimension: two different ones are a sample, and the least squares of
 /// more are the mean and the direction of largest variance. Views the points, which must outlive
@@ -41,16 +41,17 @@ class line_family {
   using model_type = line_model<D>;
 
   /// Throws `invalid_input` for limits that make no sense.
-  template <BorrowedData P>
+  template <BorrowedPlaces P>
   explicit line_family(P&& points, line_limits limits = {})
-      : points_{data_in(std::forward<P>(points))}, limits_{std::move(limits)} {
+      : points_{as_places(std::forward<P>(points))}, limits_{std::move(limits)} {
     if (!points_.empty()) expect_sensible(limits_.direction, points_.dimension());
   }
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return 2; }
   [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
-    const auto found = fit_line(gather_points<S, closed_dimension<D>>(points_, indices), limits_);
+    if (indices.size() < 2) return std::nullopt;
+    const auto found = fit_line(frame_of<S, closed_dimension<D>>(points_, indices), limits_);
     if (!found) return std::nullopt;
     return model_type{found->point, found->direction};
   }
@@ -62,8 +63,8 @@ class line_family {
   points_view<S, D> points_;
   line_limits limits_;
 };
-export template <BorrowedData P>
+export template <BorrowedPlaces P>
 line_family(P&&, line_limits = {})
-    -> line_family<typename data_view_of<P>::scalar, data_view_of<P>::static_dimension>;
+    -> line_family<typename places_view_of<P>::scalar, places_view_of<P>::static_dimension>;
 
 }  // namespace cilantro

@@ -99,11 +99,11 @@ class transform_family {
   std::vector<index_t> targets_, sources_;
 };
 
-template <transform_kind Kind, BorrowedData P, BorrowedData Q>
+template <transform_kind Kind, BorrowedPlaces P, BorrowedPlaces Q>
 [[nodiscard]] auto transforms_between(P&& target, Q&& source) {
-  using view = data_view_of<P>;
+  using view = places_view_of<P>;
   return transform_family<typename view::scalar, view::static_dimension, Kind>{
-      data_in(std::forward<P>(target)), data_in(std::forward<Q>(source))};
+      as_places(std::forward<P>(target)), as_places(std::forward<Q>(source))};
 }
 /// Pairs of indices, by members `target` and `source`, such as the correspondences of a
 /// registration.
@@ -112,9 +112,9 @@ concept PairRange = std::ranges::input_range<R> && requires(std::ranges::range_v
   { pair.target } -> std::convertible_to<index_t>;
   { pair.source } -> std::convertible_to<index_t>;
 };
-template <transform_kind Kind, BorrowedData P, BorrowedData Q, PairRange R>
+template <transform_kind Kind, BorrowedPlaces P, BorrowedPlaces Q, PairRange R>
 [[nodiscard]] auto transforms_between(P&& target, Q&& source, const R& pairs) {
-  using view = data_view_of<P>;
+  using view = places_view_of<P>;
   std::vector<index_t> targets, sources;
   for (const auto& pair : pairs) {
     targets.push_back(index_t(pair.target));
@@ -122,8 +122,8 @@ template <transform_kind Kind, BorrowedData P, BorrowedData Q, PairRange R>
   }
   // No pairs at all are no reason to take all points instead.
   const bool none = targets.empty();
-  const auto onto = data_in(std::forward<P>(target));
-  const auto moving = data_in(std::forward<Q>(source));
+  const auto onto = as_places(std::forward<P>(target));
+  const auto moving = as_places(std::forward<Q>(source));
   return transform_family<typename view::scalar, view::static_dimension, Kind>{
       none ? onto.slice(0, 0) : onto, none ? moving.slice(0, 0) : moving, std::move(targets),
       std::move(sources)};

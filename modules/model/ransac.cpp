@@ -11,34 +11,45 @@ module cilantro.model;
 
 namespace cilantro {
 
+namespace {
+
+/// How many are at most `limit`, and what they count.
+template <bool ByResidual, Scalar S, class Counts>
+data_score score_in_lanes(std::span<const S> residuals, S limit, S scale, Counts counts) {
+  // Sums in lanes, in an order that does not depend on the machine and that vectors can follow.
+  constexpr std::size_t lanes = 16;
+  std::array<S, lanes> sum{}, count{};
+  const auto add = [&](std::size_t lane, std::size_t k) {
+    const S r = residuals[k];
+    const bool agrees = r <= limit && counts(k);
+    count[lane] += agrees ? S(1) : S(0);
+    if constexpr (ByResidual) sum[lane] += agrees ? 1 - r * r * scale : S(0);
+  };
+  const std::size_t whole = residuals.size() / lanes * lanes;
+  for (std::size_t k = 0; k < whole; k += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane) add(lane, k + lane);
+  for (std::size_t k = whole; k < residuals.size(); ++k) add(k - whole, k);
+  double agreeing = 0, value = 0;
+  for (const S c : count) agreeing += double(c);
+  for (const S s : sum) value += double(s);
+  return {static_cast<index_t>(agreeing), ByResidual ? value : agreeing};
+}
+
+}  // namespace
+
 template <Scalar S>
 data_score score_of(std::span<const S> residuals, std::span<const std::uint8_t> active,
                     double max_residual, ransac_score by) {
-  // Sums in lanes, in an order that does not depend on the machine and that vectors can follow.
-  constexpr std::size_t lanes = 8;
-  std::array<S, lanes> sum{};
-  std::array<std::int32_t, lanes> count{};
   // The largest S that is not above the limit, so that comparing in S is comparing in double.
   S limit = static_cast<S>(max_residual);
   if (double(limit) > max_residual) limit = std::nextafter(limit, S(0));
   const S scale = static_cast<S>(1 / (max_residual * max_residual));
-  const auto add = [&](std::size_t lane, S r, bool counts) {
-    const bool agrees = counts && r <= limit;
-    count[lane] += agrees;
-    sum[lane] += agrees ? 1 - r * r * scale : S(0);
+  const auto score = [&](auto counts) {
+    return by == ransac_score::msac ? score_in_lanes<true>(residuals, limit, scale, counts)
+                                    : score_in_lanes<false>(residuals, limit, scale, counts);
   };
-  std::size_t k = 0;
-  if (active.empty())
-    for (; k + lanes <= residuals.size(); k += lanes)
-      for (std::size_t lane = 0; lane < lanes; ++lane) add(lane, residuals[k + lane], true);
-  for (; k < residuals.size(); ++k) add(k % lanes, residuals[k], active.empty() || active[k] != 0);
-  data_score all;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    all.inliers += count[lane];
-    all.value += double(sum[lane]);
-  }
-  if (by == ransac_score::inliers) all.value = double(all.inliers);
-  return all;
+  if (active.empty()) return score([](std::size_t) { return true; });
+  return score([&](std::size_t k) { return active[k] != 0; });
 }
 template data_score score_of(std::span<const float>, std::span<const std::uint8_t>, double,
                              ransac_score);

@@ -168,11 +168,17 @@ class ransac_search {
   }
   [[nodiscard]] std::vector<index_t> inliers(const model_type& model) const {
     std::vector<index_t> found;
+    std::array<index_t, score_block_size> some;
+    const double limit = options_.max_residual;
     for_each_block(model, [&](index_t first, std::span<const scalar> r) {
       const auto mask = active(first, r.size());
-      for (std::size_t k = 0; k < r.size(); ++k)
-        if (double(r[k]) <= options_.max_residual && (mask.empty() || mask[k]))
-          found.push_back(first + static_cast<index_t>(k));
+      std::size_t count = 0;
+      // Without a branch: which data agree is nothing that a processor could foresee.
+      for (std::size_t k = 0; k < r.size(); ++k) {
+        some[count] = first + static_cast<index_t>(k);
+        count += double(r[k]) <= limit && (mask.empty() || mask[k]);
+      }
+      found.insert(found.end(), some.begin(), some.begin() + static_cast<index_t>(count));
       return true;
     });
     return found;

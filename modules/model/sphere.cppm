@@ -43,9 +43,9 @@ class sphere_family {
   using model_type = sphere_model<D>;
 
   /// Throws `invalid_input` for limits that make no sense.
-  template <BorrowedData P>
+  template <BorrowedPlaces P>
   explicit sphere_family(P&& points, sphere_limits limits = {})
-      : points_{data_in(std::forward<P>(points))}, limits_{limits} {
+      : points_{as_places(std::forward<P>(points))}, limits_{limits} {
     expect_sensible(limits_.radius);
   }
 
@@ -65,8 +65,8 @@ class sphere_family {
   points_view<S, D> points_;
   sphere_limits limits_;
 };
-export template <BorrowedData P>
+export template <BorrowedPlaces P>
 sphere_family(P&&, sphere_limits = {})
-    -> sphere_family<typename data_view_of<P>::scalar, data_view_of<P>::static_dimension>;
+    -> sphere_family<typename places_view_of<P>::scalar, places_view_of<P>::static_dimension>;
 
 }  // namespace cilantro

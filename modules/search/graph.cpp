@@ -4,21 +4,13 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 module cilantro.search;
 
 namespace cilantro {
 namespace {
-
-template <Scalar S>
-void expect_nodes(const neighborhoods<S>& graph) {
-  expects(graph.size() <= std::numeric_limits<std::int32_t>::max(),
-          "neighbor_graph: there can be at most 2^31 - 1 nodes");
-  expects(std::ranges::all_of(graph.indices(),
-                              [&](std::int32_t j) { return 0 <= j && j < graph.size(); }),
-          "neighbor_graph: a neighbor is not one of the nodes");
-}
 
 /// Who has found each node: the transpose, whose rows are by ascending index.
 template <Scalar S>
@@ -50,6 +42,16 @@ bool by_distance_then_index(const neighbor<S>& a, const neighbor<S>& b) {
 }  // namespace
 
 template <Scalar S>
+void expect_nodes(const neighborhoods<S>& graph, const char* who) {
+  expects(graph.size() <= std::numeric_limits<std::int32_t>::max(),
+          std::string{who} + ": there can be at most 2^31 - 1 nodes");
+  // Without a branch, so that it costs what reading them costs.
+  bool all = true;
+  for (const std::int32_t j : graph.indices()) all = all & (0 <= j) & (j < graph.size());
+  expects(all, std::string{who} + ": a neighbor is not one of the nodes");
+}
+
+template <Scalar S>
 void by_index(const neighborhood<S>& near, std::vector<neighbor<S>>& out) {
   out.assign(near.begin(), near.end());
   std::ranges::sort(out, by_index_then_distance<S>);
@@ -59,14 +61,14 @@ void by_index(const neighborhood<S>& near, std::vector<neighbor<S>>& out) {
 
 template <Scalar S>
 void expect_square(const neighborhoods<S>& graph) {
-  expect_nodes(graph);
+  expect_nodes(graph, "pair_matrix");
   expects(graph.total() <= std::numeric_limits<std::int32_t>::max(),
           "pair_matrix: there can be at most 2^31 - 1 entries");
 }
 
 template <Scalar S>
 neighborhoods<S> neighbor_graph(const neighborhoods<S>& found, const graph_options& options) {
-  expect_nodes(found);
+  expect_nodes(found, "neighbor_graph");
   const bool symmetric = options.symmetry != graph_symmetry::none;
   const auto finders = symmetric ? transposed(found) : neighborhoods<S>{};
   return gather_neighborhoods<S>(found.size(), {options.threads, options.monitor}, [&] {
@@ -111,6 +113,7 @@ neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count) 
 
 #define CILANTRO_INSTANTIATE(S)                                                            \
   template void by_index<S>(const neighborhood<S>&, std::vector<neighbor<S>>&);            \
+  template void expect_nodes<S>(const neighborhoods<S>&, const char*);                     \
   template void expect_square<S>(const neighborhoods<S>&);                                 \
   template neighborhoods<S> neighbor_graph(const neighborhoods<S>&, const graph_options&); \
   template neighborhoods<S> without_self(const neighborhoods<S>&, index_t);

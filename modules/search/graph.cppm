@@ -74,6 +74,10 @@ export template <Scalar S>
 export template <Scalar S>
 using graph_matrix = Eigen::SparseMatrix<S, Eigen::RowMajor, std::int32_t>;
 
+/// Throws `invalid_input`, naming the function `who`, unless every neighbour is one of the nodes.
+export template <Scalar S>
+void expect_nodes(const neighborhoods<S>& graph, const char* who);
+
 /// The neighbours of a node by ascending index, each once and with the smallest of its distances.
 template <Scalar S>
 void by_index(const neighborhood<S>& near, std::vector<neighbor<S>>& out);

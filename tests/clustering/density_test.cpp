@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <stop_token>
 #include <tuple>
 #include <vector>
 
@@ -179,4 +180,18 @@ TEST_CASE("with all neighbours the hierarchy is that of all pairs") {
   }
   CHECK(hdbscan(points, knn{120}, {.min_cluster_size = 10, .min_points = 4}) ==
         hdbscan(points, knn{119}, {.min_cluster_size = 10, .min_points = 4}));
+}
+
+TEST_CASE("progress rises to 1 through all passes, and a stop ends them") {
+  const auto points = test::random_points<test::f3>(3000);
+  double last = 0;
+  (void)dbscan(points, {.radius = 0.1, .monitor = {.progress = [&](double share) {
+                                         CHECK(share >= last);
+                                         last = share;
+                                       }}});
+  CHECK(last == doctest::Approx(1));
+  std::stop_source stop;
+  stop.request_stop();
+  CHECK_THROWS_AS((void)dbscan(points, {.radius = 0.1, .monitor = {.stop = stop.get_token()}}),
+                  cancelled);
 }

@@ -47,9 +47,9 @@ agreement best_of(double from, double to, int steps, const test::labelled_points
   return best;
 }
 
-/// Edges of the mutual neighbour graph, weighed by the spacing around their ends.
-sparse_matrix affinity(const Eigen::MatrixXd& points) {
-  const auto graph = neighbor_graph(points, knn{10});
+/// Edges of a neighbour graph, weighed by the spacing around their ends.
+sparse_matrix affinity(const Eigen::MatrixXd& points, index_t neighbors) {
+  const auto graph = neighbor_graph(points, knn{neighbors});
   std::vector<double> scale;
   for (const auto& near : graph)
     scale.push_back(near.empty() ? 1 : near[std::ssize(near) / 2].distance);
@@ -102,9 +102,11 @@ TEST_CASE("the classes of labelled sets are found by the algorithms that suit th
     const double near = spacing(data.points, 4);
     const agreement found[] = {
         judge(kmeans(data.points, data.classes, {.restarts = 50}), data),
-        judge(
-            spectral_clustering(affinity(data.points), {.clusters = data.classes, .restarts = 30}),
-            data),
+        best_of(5, 10, 3, data,
+                [&](double k) -> clusters {
+                  return spectral_clustering(affinity(data.points, index_t(k)),
+                                             {.clusters = data.classes, .restarts = 30});
+                }),
         best_of(near / 2, 8 * near, 40, data,
                 [&](double r) -> clusters { return dbscan(data.points, {.radius = r}); }),
         best_of(4, std::max(5.0, double(data.points.cols()) / 4), 12, data,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.clustering:disjoint_sets;
+export module cilantro.core:disjoint_sets;
 
 import cilantro.standard;
-import cilantro.core;
+import :error;
+import :points;
 
 namespace cilantro {
 
@@ -25,27 +26,20 @@ export class disjoint_sets {
 
   /// The representative of the set of i; while others join sets, one that it has had.
   [[nodiscard]] index_t find(index_t i) {
-    auto at = static_cast<std::int32_t>(i);
-    for (std::int32_t parent = load(at); parent != at;) {
-      const std::int32_t next = load(parent);
-      if (next == parent) return parent;
-      // Halves the path. Whatever others write here is an ancestor, too.
-      link(at).store(next, std::memory_order_relaxed);
-      at = next;
-      parent = load(at);
-    }
-    return at;
+    // Nearly always the root is the node itself, or one step away.
+    const auto at = static_cast<std::int32_t>(i), parent = load(at);
+    return load(parent) == parent ? parent : climb(at);
   }
 
-  /// Makes one set of those of i and j.
-  void join(index_t i, index_t j) {
+  /// Makes one set of those of i and j; false if they were one already.
+  bool join(index_t i, index_t j) {
     for (;;) {
       auto a = static_cast<std::int32_t>(find(i)), b = static_cast<std::int32_t>(find(j));
-      if (a == b) return;
+      if (a == b) return false;
       if (a < b) std::swap(a, b);
       // Fails if another thread has meanwhile put the root a below another one.
       std::int32_t expected = a;
-      if (link(a).compare_exchange_strong(expected, b, std::memory_order_relaxed)) return;
+      if (link(a).compare_exchange_strong(expected, b, std::memory_order_relaxed)) return true;
     }
   }
 
@@ -54,6 +48,8 @@ export class disjoint_sets {
     return std::atomic_ref{parents_[static_cast<std::size_t>(i)]};
   }
   std::int32_t load(std::int32_t i) { return link(i).load(std::memory_order_relaxed); }
+
+  std::int32_t climb(std::int32_t at);
 
   std::vector<std::int32_t> parents_;
 };

@@ -11,6 +11,8 @@ namespace {
 
 /// Below, the full decomposition is at least as fast.
 constexpr index_t small = 300;
+/// What is left of a unit vector that lies in a subspace but for rounding, at most.
+constexpr double negligible = 1e-8;
 
 void fix_signs(Eigen::MatrixXd& vectors) {
   for (auto column : vectors.colwise()) {
@@ -60,7 +62,7 @@ class block_lanczos {
         options_{options},
         count_{count},
         block_{count + 2},
-        room_{std::min(matrix.rows(), std::max(4 * block_, block_ + 40))},
+        room_{std::min(matrix.rows(), std::max(6 * block_, block_ + 40))},
         basis_(matrix.rows(), room_),
         image_(matrix.rows(), room_) {}
 
@@ -99,31 +101,47 @@ class block_lanczos {
     return v;
   }
 
-  /// Makes `v` orthogonal to the basis, and one longer; a vector that is already in its span is
-  /// replaced by another one, which may lie in parts of the space that no product has reached.
-  void append(Eigen::VectorXd v) {
-    for (;;) {
-      const double before = v.norm();
-      if (before > 0) {
-        v /= before;
-        // Twice is enough (Kahan, as told by Parlett 1998, section 6.9).
-        for (int pass = 0; pass < 2; ++pass)
-          v -= basis_.leftCols(size_) * (basis_.leftCols(size_).transpose() * v);
-        if (const double after = v.norm(); after > 1e-8) {
-          basis_.col(size_++) = v / after;
-          return;
-        }
-      }
-      v = any_vector();
+  /// Appends as many vectors as `some` has columns: these, made orthogonal to the basis and to each
+  /// other. One that is in their span already is replaced by any other, which may lie in a part of
+  /// the space that no product has reached.
+  void append(Eigen::MatrixXd some) {
+    const index_t first = size_;
+    const auto before = basis_.leftCols(first);
+    // Twice is enough (Kahan, as told by Parlett 1998, section 6.9), where the first time leaves
+    // more than rounding; of what it does not, the rest would be parallel to the basis.
+    for (int pass = 0; pass < 2; ++pass) {
+      for (auto column : some.colwise())
+        if (const double length = column.norm(); length > 0) column /= length;
+      some -= (before * (before.transpose() * some).eval()).eval();
+      for (auto column : some.colwise())
+        if (!(column.norm() > negligible)) column.setZero();
     }
+    for (index_t c = 0; c < some.cols(); ++c) {
+      Eigen::VectorXd v = some.col(c);
+      for (index_t from = first; !append_if_new(v, from); from = 0) v = any_vector().normalized();
+    }
+  }
+
+  /// False if, but for rounding, v is in the span of the basis; of that the vectors before `from`
+  /// are known to be orthogonal to v.
+  bool append_if_new(Eigen::VectorXd& v, index_t from) {
+    const auto others = basis_.middleCols(from, size_ - from);
+    for (int pass = 0; pass < 2; ++pass) {
+      v -= others * (others.transpose() * v);
+      const double length = v.norm();
+      if (!(length > negligible)) return false;
+      v /= length;
+    }
+    basis_.col(size_++) = v;
+    return true;
   }
 
   void fill(Eigen::MatrixXd next) {
     const execution how{options_.threads, {{}, options_.monitor.stop}};
     while (size_ < room_) {
       const index_t first = size_, width = std::min(block_, room_ - size_);
-      for (index_t c = 0; c < width; ++c) append(next.col(c));
-      parallel_blocks(matrix_.rows(), 64, how, [&](index_t, index_t begin, index_t end) {
+      append(next.leftCols(width));
+      parallel_blocks(matrix_.rows(), 256, how, [&](index_t, index_t begin, index_t end) {
         multiply(matrix_, begin, end - begin, basis_.middleCols(first, width),
                  image_.middleCols(first, width));
       });
@@ -149,7 +167,7 @@ eigenpairs largest(const Matrix& matrix, bool is_finite, index_t count,
           "largest_eigenpairs: limit and tolerance must not be negative");
   if (options.monitor.stop.stop_requested()) throw cancelled{};
   if (count == 0) return {.values = {}, .vectors = Eigen::MatrixXd(matrix.rows(), 0)};
-  if (matrix.rows() <= small || 8 * (count + 2) > matrix.rows())
+  if (matrix.rows() <= small || 12 * (count + 2) > matrix.rows())
     return from_all(Eigen::MatrixXd{matrix}, count);
   return block_lanczos<Matrix>{matrix, count, options}.run();
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // How much memory each step holds at its peak, beside its input, in units of input and output.
-// Ends with 1 if a step holds more than twice input plus output, but for the one that has to sort
-// the edges of a graph. Linux only.
+// Ends with 1 if a step holds more than twice input plus output, but for those that say why they
+// may. Linux only.
 #include <malloc.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -122,17 +122,20 @@ int main() {
        [&] {
          const auto parts = connected_components(cloud.points, knn{30});
          return 4.0 * double(parts.labels().size());
-       }},
+       },
+       3},  // A tree of all points, and a set for each.
       {"dbscan", make,
        [&] {
          const auto found = dbscan(cloud.points, {.radius = 0.02});
          return 5.0 * double(found.labels().size());
-       }},
+       },
+       3},
       {"kmeans", make,
        [&] {
          const auto found = kmeans(cloud.points, 20, {.max_iterations = 3});
          return 4.0 * double(found.labels().size());
-       }},
+       },
+       3},  // Two bounds a point.
       {"ransac, a plane", make,
        [&] {
          const auto found = ransac(hyperplane_family{cloud.points}, {.max_residual = 0.05});

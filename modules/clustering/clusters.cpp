@@ -13,13 +13,13 @@ module cilantro.clustering;
 namespace cilantro {
 
 clusters::clusters(std::vector<label> labels) : labels_{std::move(labels)} {
-  std::vector<index_t> counts(labels_.size()), first(labels_.size());
+  std::vector<std::int32_t> counts(labels_.size()), first(labels_.size());
   std::vector<label> order;
   for (std::size_t i = 0; i < labels_.size(); ++i) {
     const label l = labels_[i];
     expects(l < std::ssize(labels_), "clusters: a label must be below the number of points");
     if (l < 0 || counts[static_cast<std::size_t>(l)]++ > 0) continue;
-    first[static_cast<std::size_t>(l)] = static_cast<index_t>(i);
+    first[static_cast<std::size_t>(l)] = static_cast<std::int32_t>(i);
     order.push_back(l);
   }
   std::ranges::sort(order, {}, [&](label l) {

@@ -22,7 +22,7 @@ clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belong
                        const components_options& options) {
   const index_t n = sets.size();
   std::vector<clusters::label> labels(static_cast<std::size_t>(n));
-  std::vector<index_t> counts(labels.size());
+  std::vector<std::int32_t> counts(labels.size());
   for (index_t i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const bool is_in = belongs.empty() || belongs[at];
@@ -38,6 +38,7 @@ clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belong
     if (!is_wanted[root] || counts[root] < options.min_size || counts[root] > options.max_size)
       l = clusters::none;
   }
+  counts = {};  // Numbering the labels needs as much again.
   return clusters{std::move(labels)};
 }
 

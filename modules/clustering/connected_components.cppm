@@ -60,9 +60,9 @@ export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
 }
 
 /// As above, of points whose neighbours a searcher finds. They are compared as they are found and
-/// not kept: memory is O(N), about 30 bytes a point, for any neighbourhood. Points that are not
-/// finite are in no component. Throws `invalid_input` unless the searcher can be that of the
-/// points.
+/// not kept: memory is O(N), about 20 bytes a point beside the searcher, for any neighbourhood.
+/// Points that are not finite are in no component. Throws `invalid_input` unless the searcher can
+/// be that of the points.
 export template <NeighborSearcher T, PointsOrCloud P,
                  SimilarityFunction<typename T::scalar> F = every_neighbor>
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,

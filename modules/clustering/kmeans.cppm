@@ -81,7 +81,7 @@ template <CoordinateMetric M, PointsOrCloud P>
 /// A centre that loses all its points moves to the point farthest from its own; only where there
 /// are fewer different points than k are there fewer clusters. Points that are not finite are in
 /// none. The same for any number of threads. O(N log k) an iteration in low dimension, less when
-/// centres move little; memory is about 30 bytes a point in float.
+/// centres move little; memory is about 40 bytes a point in float.
 /// Throws `invalid_input` unless there are k finite points and k is at least 1, and for options
 /// that are negative; `cancelled`.
 /// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly

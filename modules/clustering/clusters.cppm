@@ -61,7 +61,4 @@ export class clusters {
 export [[nodiscard]] Eigen::Matrix<float, 3, dynamic> label_colors(
     std::span<const clusters::label> labels);
 
-/// Points whose neighbours one thread asks for at a time; few, since searches vary in cost.
-inline constexpr index_t search_block_size = 256;
-
 }  // namespace cilantro

@@ -52,15 +52,7 @@ export template <NeighborSearcher T, PointsOrCloud P>
       part.progress = [&](double share) {
         options.monitor.progress(begin_share + share * (end_share - begin_share));
       };
-    parallel_blocks(n, search_block_size, {options.threads, part},
-                    [&](index_t, index_t begin, index_t end) {
-                      std::vector<neighbor<S>> near;
-                      for (index_t i = begin; i < end; ++i) {
-                        if (!wanted(i)) continue;
-                        searcher.find(view[i], spec, near);
-                        visit(i, near);
-                      }
-                    });
+    visit_neighborhoods(searcher, view, spec, {options.threads, part}, wanted, visit);
   };
 
   for_each(

@@ -180,19 +180,11 @@ bool kmeans_run<S, D, M>::assign() {
                   S(32 + 2 * points_.dimension() + 4 * index_t{iterations_});
   const auto is_safe = [&](S upper, S lower) { return upper * (1 + slack) < lower * (1 - slack); };
 
-  struct counts {
-    index_t changed = 0, evaluations = 0;
-    counts& operator+=(const counts& other) {
-      changed += other.changed;
-      evaluations += other.evaluations;
-      return *this;
-    }
-  };
   std::vector<std::vector<label>> touched(
       static_cast<std::size_t>((usable() + default_block_size - 1) / default_block_size));
-  std::vector<counts> found(touched.size());
+  std::vector<index_t> evaluations(touched.size());
   parallel_blocks(usable(), default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
-    auto& count = found[static_cast<std::size_t>(b)];
+    index_t& count = evaluations[static_cast<std::size_t>(b)];
     auto& changes = touched[static_cast<std::size_t>(b)];
     for (index_t f = begin; f < end; ++f) {
       const auto i = static_cast<std::size_t>(finite_[static_cast<std::size_t>(f)]);
@@ -206,25 +198,22 @@ bool kmeans_run<S, D, M>::assign() {
         upper_[i] = search.distance(at(index_t(i)), own);
         if (is_safe(upper_[i], others)) continue;
       }
-      ++count.evaluations;
+      ++count;
       const auto [nearest, first, second] = search.find(at(index_t(i)));
       upper_[i] = first;
       lower_[i] = second;
       if (nearest == own) continue;
-      ++count.changed;
       changes.push_back(own);
       changes.push_back(nearest);
       own = nearest;
     }
   });
-  counts all;
-  for (const auto& count : found) all += count;
+  for (const index_t count : evaluations) evaluations_ += count;
   dirty_.assign(static_cast<std::size_t>(k), 0);
   for (const auto& changes : touched)
     for (const label c : changes)
       if (c >= 0) dirty_[static_cast<std::size_t>(c)] = 1;
-  evaluations_ += all.evaluations;
-  return all.changed > 0;
+  return std::ranges::any_of(dirty_, [](auto is_dirty) { return is_dirty != 0; });
 }
 
 /// The points of each centre, one centre behind the other.

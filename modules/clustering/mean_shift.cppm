@@ -90,7 +90,7 @@ template <Scalar S, int D, Kernel K>
           "mean_shift: seeds and points must have the same dimension");
   mean_shift_result<S, D> result;
   if (points.empty()) return result;
-  const points_view<S, C> closed_points{points}, closed_seeds{seeds};
+  const points_view<S, C> closed_points{points};
   const kd_tree<S, C> tree{closed_points, {.threads = options.threads}};
   const index_t dimension = points.dimension();
   point_matrix<S, C> places(dimension, seeds.size());

@@ -40,7 +40,9 @@ export template <PointsOrCloud P>
   if (view.empty()) return {};
   expects(view.size() <= most_isomap_points,
           "isomap: there are too many points for all distances; take a sample");
-  return isomap(neighbor_graph(view, spec, {.self = true, .threads = options.threads}), options);
+  const kd_tree tree{view, {.threads = options.threads}};
+  return isomap(find_neighborhoods(tree, view, spec, {options.threads, {{}, options.monitor.stop}}),
+                options);
 }
 
 }  // namespace cilantro

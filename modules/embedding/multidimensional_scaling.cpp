@@ -107,7 +107,8 @@ embedding_result multidimensional_scaling(Eigen::MatrixXd distances,
     // A hint only: not worth many restarts.
     solver.max_restarts = std::min(solver.max_restarts, 50);
     solver.tolerance = std::max(solver.tolerance, 1e-6);
-    const auto least = largest_eigenpairs(Eigen::MatrixXd{-distances}, 1, solver);
+    distances *= -1;
+    const auto least = largest_eigenpairs(distances, 1, solver);
     if (least.converged) result.smallest_eigenvalue = -least.values[0];
   }
   const index_t k = chosen_dimension(result.eigenvalues, total, options);

@@ -18,3 +18,4 @@ export import :random;
 export import :disjoint_sets;
 export import :eigenpairs;
 export import :violations;
+export import :vector_target;

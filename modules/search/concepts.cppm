@@ -37,16 +37,64 @@ concept BatchSearcher =
       { searcher.find_all(queries, spec, how) } -> std::same_as<neighborhoods<typename T::scalar>>;
     };
 
-/// Blocks of neighbours found apart, before they are put one behind the other.
-template <Scalar S>
-struct found_block {
-  std::vector<index_t> counts;
-  std::vector<std::int32_t> indices;
-  std::vector<S> distances;
-};
+/// A searcher that can hand on what it finds in an order of its own, which it is fast in.
+template <class T>
+concept VisitingSearcher =
+    NeighborSearcher<T> &&
+    requires(const T& searcher, points_view<typename T::scalar, T::static_dimension> queries,
+             neighborhood_spec spec, const execution& how,
+             const neighborhood_visitor<typename T::scalar>& visit,
+             std::span<const std::uint8_t> wanted) {
+      { searcher.visit_all(queries, spec, visit, wanted, how) } -> std::same_as<void>;
+    };
 
 /// Queries answered by one thread at a time; small, since a radius search varies in cost.
 inline constexpr index_t query_block_size = 256;
+
+/// What is found for some queries, one after another.
+template <Scalar S>
+struct found_block {
+  std::vector<std::int32_t> queries, counts;
+  std::vector<index_t> starts;
+  buffer<std::int32_t> indices;
+  buffer<S> distances;
+
+  void add(index_t query, std::span<const neighbor<S>> found) {
+    begin(query, std::ssize(found));
+    for (const auto& [index, distance] : found) {
+      indices.push_back(static_cast<std::int32_t>(index));
+      distances.push_back(distance);
+    }
+  }
+  /// The next `count` entries will be those of `query`.
+  void begin(index_t query, index_t count) {
+    queries.push_back(static_cast<std::int32_t>(query));
+    starts.push_back(std::ssize(indices));
+    counts.push_back(static_cast<std::int32_t>(count));
+  }
+  [[nodiscard]] neighborhood_block<S> view() const {
+    return {queries, starts, counts, indices, distances};
+  }
+};
+
+/// Asks for every q in [0, queries) that is wanted (all if nothing is said), in parallel.
+/// `make_find()` is called once a block and returns a function `find(q, out)` that may keep what it
+/// needs between queries.
+template <Scalar S, class F>
+void visit_queries(index_t queries, const neighborhood_visitor<S>& visit,
+                   std::span<const std::uint8_t> wanted, const execution& how, F&& make_find) {
+  parallel_blocks(queries, query_block_size, how, [&](index_t, index_t begin, index_t end) {
+    found_block<S> block;
+    auto find = make_find();
+    std::vector<neighbor<S>> found;
+    for (index_t q = begin; q < end; ++q) {
+      if (!wanted.empty() && !wanted[static_cast<std::size_t>(q)]) continue;
+      find(q, found);
+      block.add(q, found);
+    }
+    visit(block.view());
+  });
+}
 
 /// Asks for every q in [0, queries), in parallel, and gathers what is found. `make_find()` is
 /// called once a block and returns a function `find(q, out)` that may keep what it needs between
@@ -62,18 +110,14 @@ template <Scalar S, class F>
     std::vector<neighbor<S>> found;
     for (index_t q = begin; q < end; ++q) {
       find(q, found);
-      block.counts.push_back(std::ssize(found));
-      for (const auto& [index, distance] : found) {
-        block.indices.push_back(static_cast<std::int32_t>(index));
-        block.distances.push_back(distance);
-      }
+      block.add(q, found);
     }
   });
 
   std::vector<index_t> offsets{0};
   offsets.reserve(static_cast<std::size_t>(queries) + 1);
   for (const auto& block : blocks)
-    for (const index_t count : block.counts) offsets.push_back(offsets.back() + count);
+    for (const std::int32_t count : block.counts) offsets.push_back(offsets.back() + count);
   buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
   buffer<S> distances(indices.size());
   parallel_blocks(std::ssize(blocks), 1, {.threads = how.threads},
@@ -108,6 +152,31 @@ export template <NeighborSearcher T, PointsSource P>
   return find_neighborhoods(
       searcher, points_view<typename T::scalar, T::static_dimension>{points_in(queries)}, spec,
       how);
+}
+
+/// Hands the neighbourhoods of all `queries` to `visit`, a block of them at a time and from several
+/// threads at once, and keeps none: memory does not grow with their number. A searcher visits them
+/// in the order that it is fast in, each finite query once, and others perhaps not at all. Given
+/// `wanted`, only the queries that it says 1 for. What a block holds is gone after the call.
+/// Throws `invalid_input` if the dimensions or sizes differ; what `visit` throws; `cancelled`.
+export template <NeighborSearcher T>
+void visit_neighborhoods(const T& searcher,
+                         points_view<typename T::scalar, T::static_dimension> queries,
+                         neighborhood_spec spec,
+                         const neighborhood_visitor<typename T::scalar>& visit,
+                         const execution& how = {}, std::span<const std::uint8_t> wanted = {}) {
+  expects(queries.empty() || queries.dimension() == searcher.dimension(),
+          "visit_neighborhoods: queries and points must have the same dimension");
+  expects(queries.size() <= std::numeric_limits<std::int32_t>::max(),
+          "visit_neighborhoods: there can be at most 2^31 - 1 queries");
+  expects(wanted.empty() || std::ssize(wanted) == queries.size(),
+          "visit_neighborhoods: it must be said for each query whether it is wanted");
+  if constexpr (VisitingSearcher<T>)
+    searcher.visit_all(queries, spec, visit, wanted, how);
+  else
+    visit_queries<typename T::scalar>(queries.size(), visit, wanted, how, [&] {
+      return [&](index_t q, auto& found) { searcher.find(queries[q], spec, found); };
+    });
 }
 
 }  // namespace cilantro

@@ -13,6 +13,21 @@ import :neighborhood;
 
 namespace cilantro {
 
+// Blocks of queries at a time, by the kernels of block_search.hpp. Compiled in the library.
+
+/// Whether they can answer this, in two or three dimensions and by the Euclidean distance.
+bool is_for_blocks(const neighborhood_spec& spec, index_t points);
+template <Scalar S, int D>
+void find_in_blocks(const kd_tree_nodes<S, D>& nodes, const S* query, index_t k, S limit,
+                    std::vector<neighbor<S>>& out);
+template <Scalar S, int D>
+neighborhoods<S> find_all_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries,
+                                    const neighborhood_spec& spec, const execution& how);
+template <Scalar S, int D>
+void visit_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries,
+                     const neighborhood_spec& spec, const neighborhood_visitor<S>& visit,
+                     std::span<const std::uint8_t> wanted, const execution& how);
+
 /// Searches with one metric. Compiled in the library for the shipped metrics, each scalar, and 2, 3
 /// and run-time dimensions.
 template <Scalar S, int D, CoordinateMetric<S> M>
@@ -28,7 +43,7 @@ class kd_tree_engine {
     find(query, spec, room, out);
   }
   void nearest_two(const S* query, S max_distance, std::array<neighbor<S>, 2>& out) const {
-    if (nodes.searchable() == 0 || !is_searchable(query, nodes.dimension, nodes.largest)) return;
+    if (nodes.searchable == 0 || !is_searchable(query, nodes.dimension, nodes.largest)) return;
     two_nearest_result<S> result{metric_.sum(max_distance)};
     kd_tree_search<S, D, M, two_nearest_result<S>>{nodes, metric_, query, result}.run();
     auto* next = out.data();
@@ -36,19 +51,34 @@ class kd_tree_engine {
   }
   [[nodiscard]] neighborhoods<S> find_all(points_view<S, D> queries, const neighborhood_spec& spec,
                                           const execution& how) const;
+  void visit_all(points_view<S, D> queries, const neighborhood_spec& spec,
+                 const neighborhood_visitor<S>& visit, std::span<const std::uint8_t> wanted,
+                 const execution& how) const;
 
   const kd_tree_nodes<S, D> nodes;
 
  private:
+  static constexpr bool has_blocks = std::same_as<M, euclidean> && kd_tree_nodes<S, D>::has_boxes;
+
+  /// Makes functions `find(q, out)`, each with a scratch of its own.
+  [[nodiscard]] auto finder(points_view<S, D> queries, const neighborhood_spec& spec) const {
+    return [=, this] {
+      return
+          [=, this, room = search_scratch<S>{}](index_t q, std::vector<neighbor<S>>& out) mutable {
+            find(queries.data() + q * queries.stride(), spec, room, out);
+          };
+    };
+  }
+
   /// Hands the neighbours in order to `write(index, distance)` and returns how many there are.
   template <class F>
   index_t search(const S* query, const neighborhood_spec& spec, search_scratch<S>& room,
                  F&& write) const {
-    if (nodes.searchable() == 0 || spec.max_count() == 0 ||
+    if (nodes.searchable == 0 || spec.max_count() == 0 ||
         !is_searchable(query, nodes.dimension, nodes.largest))
       return 0;
     const S limit = metric_.sum(static_cast<S>(spec.max_distance()));
-    const auto capacity = static_cast<std::size_t>(std::min(spec.max_count(), nodes.searchable()));
+    const auto capacity = static_cast<std::size_t>(std::min(spec.max_count(), nodes.searchable));
     const auto write_all = [&](std::span<const candidate<S>> found) {
       for (const auto& c : found) write(c.index(), metric_.distance(c.sum()));
       return std::ssize(found);
@@ -68,6 +98,15 @@ class kd_tree_engine {
   void find(const S* query, const neighborhood_spec& spec, search_scratch<S>& room,
             std::vector<neighbor<S>>& out) const {
     out.clear();
+    if constexpr (has_blocks) {
+      const index_t k = std::min(spec.max_count(), nodes.searchable);
+      if (spec.is_count_limited() && is_for_blocks(spec, nodes.searchable)) {
+        if (k > 0 && is_searchable(query, D, nodes.largest))
+          find_in_blocks<S, D>(nodes, query, k, metric_.sum(static_cast<S>(spec.max_distance())),
+                               out);
+        return;
+      }
+    }
     search(query, spec, room, [&](std::int32_t i, S distance) { out.push_back({i, distance}); });
   }
 
@@ -78,19 +117,18 @@ template <Scalar S, int D, CoordinateMetric<S> M>
 neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
                                                    const neighborhood_spec& spec,
                                                    const execution& how) const {
+  if constexpr (has_blocks)
+    if (is_for_blocks(spec, nodes.searchable))
+      return find_all_in_blocks<S, D>(nodes, queries, spec, how);
   const index_t n = queries.size();
-  const index_t k = std::min(spec.max_count(), nodes.searchable());
+  const index_t k = std::min(spec.max_count(), nodes.searchable);
   const auto query = [&](index_t q) { return queries.data() + q * queries.stride(); };
   const bool plain_knn =
       spec.is_count_limited() && spec.max_distance() == std::numeric_limits<double>::infinity();
   // A k that is large for so many queries is not reserved for each of them.
   if (!plain_knn ||
       k > std::int64_t{std::numeric_limits<std::int32_t>::max()} / std::max<index_t>(n, 1))
-    return gather_neighborhoods<S>(n, how, [&] {
-      return [&, room = search_scratch<S>{}](index_t q, std::vector<neighbor<S>>& out) mutable {
-        find(query(q), spec, room, out);
-      };
-    });
+    return gather_neighborhoods<S>(n, how, finder(queries, spec));
 
   // k nearest neighbours: almost every query has exactly k, so that each has its place at once.
   std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
@@ -122,6 +160,17 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
   indices.resize(static_cast<std::size_t>(total));
   distances.resize(static_cast<std::size_t>(total));
   return {std::move(offsets), std::move(indices), std::move(distances)};
+}
+
+template <Scalar S, int D, CoordinateMetric<S> M>
+void kd_tree_engine<S, D, M>::visit_all(points_view<S, D> queries, const neighborhood_spec& spec,
+                                        const neighborhood_visitor<S>& visit,
+                                        std::span<const std::uint8_t> wanted,
+                                        const execution& how) const {
+  if constexpr (has_blocks)
+    if (is_for_blocks(spec, nodes.searchable))
+      return visit_in_blocks<S, D>(nodes, queries, spec, visit, wanted, how);
+  visit_queries<S>(queries.size(), visit, wanted, how, finder(queries, spec));
 }
 
 /// Nearest neighbours in a set of points that does not change, by any `CoordinateMetric`.
@@ -156,7 +205,7 @@ class kd_tree {
   /// The number of points, those that are never found included.
   [[nodiscard]] index_t size() const { return engine_->nodes.size; }
   [[nodiscard]] index_t dimension() const { return engine_->nodes.dimension; }
-  /// The bytes that the tree, with all its copies, holds: about N · (Dim · sizeof(S) + 5).
+  /// The bytes that the tree, with all its copies, holds: about N · (Dim · sizeof(S) + 10).
   [[nodiscard]] std::size_t memory() const { return engine_->nodes.memory(); }
 
   /// Writes the neighbours of `query` to `out`, as `NeighborSearcher` says; `out` may be reused to
@@ -203,6 +252,13 @@ class kd_tree {
     expects(queries.empty() || size() == 0 || queries.dimension() == dimension(),
             "find_all: queries and points must have the same dimension");
     return engine_->find_all(queries, spec, how);
+  }
+
+  /// What `visit_neighborhoods` says, which checks its arguments.
+  void visit_all(points_view<S, D> queries, neighborhood_spec spec,
+                 const neighborhood_visitor<S>& visit, std::span<const std::uint8_t> wanted,
+                 const execution& how) const {
+    engine_->visit_all(queries, spec, visit, wanted, how);
   }
 
  private:

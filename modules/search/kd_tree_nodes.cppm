@@ -11,14 +11,20 @@ import :neighborhood;
 namespace cilantro {
 
 export struct kd_tree_options {
-  int max_leaf_size = 20;  ///< Points in a leaf, at most (or 2). Affects speed only.
-  int threads = 0;         ///< For building.
+  /// Points in a leaf, at most. They are kept in blocks of 16 and there are one or two in the
+  /// smallest leaf, so that less than 32 changes nothing. Affects speed only.
+  int max_leaf_size = 32;
+  int threads = 0;  ///< For building.
   task_monitor monitor = {};
 };
 
-/// A balanced tree of medians: node k of a level has the points `begin(level, k)` to
-/// `begin(level, k + 1)` in tree order, and the two nodes 2k and 2k + 1 of the next level as its
-/// halves. All leaves are on the last level, so that nothing but cuts has to be stored.
+/// Points are kept, and compared, so many at a time: what the widest vectors hold.
+inline constexpr index_t points_per_block = 16;
+
+/// A balanced tree over full blocks of points: node k of a level has the blocks `begin(level, k)`
+/// to `begin(level, k + 1)` in tree order, and the two nodes 2k and 2k + 1 of the next level as its
+/// halves. All leaves are on the last level. In two and three dimensions there are boxes, too, by
+/// which blocks of queries are answered together; see search/block_search.hpp.
 template <Scalar S, int D>
 struct kd_tree_nodes {
   /// Where a node is cut: its first half ends at `low` along `axis`, its second begins at `high`.
@@ -26,29 +32,39 @@ struct kd_tree_nodes {
     S low, high;
     std::int32_t axis;
   };
+  static constexpr bool has_boxes = D == 2 || D == 3;
 
   /// Throws `invalid_input` for points without a dimension, too many points, or an empty leaf;
   /// `cancelled`.
   kd_tree_nodes(points_view<S, D> points, const kd_tree_options& options);
 
-  [[nodiscard]] index_t searchable() const { return std::ssize(indices); }
-  [[nodiscard]] index_t begin(int level, index_t k) const { return (k * searchable()) >> level; }
+  [[nodiscard]] index_t blocks() const {
+    return (searchable + points_per_block - 1) / points_per_block;
+  }
+  [[nodiscard]] index_t begin(int level, index_t k) const { return (k * blocks()) >> level; }
   [[nodiscard]] const cut& at(int level, index_t k) const {
     return cuts[(std::size_t{1} << level) - 1 + static_cast<std::size_t>(k)];
   }
+  /// All first coordinates of a block's points, then all second ones, …
+  [[nodiscard]] const S* block(index_t b) const {
+    return coordinates.data() + b * dimension * points_per_block;
+  }
   [[nodiscard]] std::size_t memory() const {
-    return sizeof *this + coordinates.capacity() * sizeof(S) +
+    return sizeof *this +
+           (coordinates.capacity() + boxes.capacity() + children.capacity()) * sizeof(S) +
            indices.capacity() * sizeof(std::int32_t) + cuts.capacity() * sizeof(cut);
   }
 
   index_t size = 0;  ///< Of all points, those that are not searchable included.
+  index_t searchable = 0;
   index_t dimension = 0;
   S largest = 0;                 ///< No searchable coordinate is beyond.
   int levels = 0;                ///< Of cuts, above the leaves.
-  buffer<S> coordinates;         ///< Of the searchable points in tree order, packed.
-  buffer<std::int32_t> indices;  ///< What the user calls them.
+  buffer<S> coordinates;         ///< By `block`; NaN after the last point.
+  buffer<std::int32_t> indices;  ///< What the user calls them; −1 after the last.
+  buffer<S> boxes, children;     ///< As `block_tree` says, if `has_boxes`.
   std::vector<cut> cuts;
-  point_vector<S, D> low, high;  ///< The box around them.
+  point_vector<S, D> low, high;  ///< The box around all.
 };
 
 /// One search: hands every point to `result` that may be among the nearest.
@@ -96,10 +112,31 @@ class kd_tree_search {
 
   void scan(index_t leaf) {
     const index_t end = tree_.begin(tree_.levels, leaf + 1);
-    const S* point = tree_.coordinates.data() + tree_.begin(tree_.levels, leaf) * dimension();
-    for (index_t i = tree_.begin(tree_.levels, leaf); i < end; ++i, point += dimension())
-      result_.add(metric_sum(metric_, query_, point, dimension()),
-                  tree_.indices[static_cast<std::size_t>(i)]);
+    for (index_t b = tree_.begin(tree_.levels, leaf); b < end; ++b) {
+      S sums[points_per_block];
+      sum_all(tree_.block(b), sums);
+      const index_t first = b * points_per_block;
+      const index_t count = std::min(points_per_block, tree_.searchable - first);
+      for (index_t i = 0; i < count; ++i)
+        result_.add(sums[i], tree_.indices[static_cast<std::size_t>(first + i)]);
+    }
+  }
+
+  /// `metric_sum` for all points of a block: in the same order, hence with the same bits.
+  void sum_all(const S* block, S (&sums)[points_per_block]) const {
+    add_terms(block, sums, [](S a, S b) { return a - b; });
+    if constexpr (is_antipodal<M>) {
+      S others[points_per_block];
+      add_terms(block, others, [](S a, S b) { return a + b; });
+      for (index_t i = 0; i < points_per_block; ++i) sums[i] = std::min(sums[i], others[i]);
+    }
+  }
+  template <class F>
+  void add_terms(const S* block, S (&sums)[points_per_block], F difference) const {
+    for (S& sum : sums) sum = 0;
+    for (index_t d = 0; d < dimension(); ++d, block += points_per_block)
+      for (index_t i = 0; i < points_per_block; ++i)
+        sums[i] = combine_terms(metric_, sums[i], metric_.term(difference(query_[d], block[i]), d));
   }
 
   /// The bound of a box whose term along one axis was `before` and is `after`.

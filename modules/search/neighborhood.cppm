@@ -154,6 +154,41 @@ class neighborhoods {
   buffer<S> distances_;
 };
 
+/// Some queries and their neighbours, as a search hands them on before it forgets them.
+export template <Scalar S>
+class neighborhood_block {
+ public:
+  /// Query i of the block is the user's `queries[i]`; its `counts[i]` neighbours start at
+  /// `starts[i]` of the other two. Precondition: all of this is there.
+  neighborhood_block(std::span<const std::int32_t> queries, std::span<const index_t> starts,
+                     std::span<const std::int32_t> counts, std::span<const std::int32_t> indices,
+                     std::span<const S> distances)
+      : queries_{queries},
+        counts_{counts},
+        indices_{indices},
+        starts_{starts},
+        distances_{distances} {}
+
+  [[nodiscard]] index_t size() const { return std::ssize(queries_); }
+  /// Which query the i-th of the block is. Precondition: 0 <= i < size().
+  [[nodiscard]] index_t query(index_t i) const { return queries_[static_cast<std::size_t>(i)]; }
+  /// Its neighbours. Precondition: 0 <= i < size().
+  [[nodiscard]] neighborhood<S> operator[](index_t i) const {
+    const auto start = static_cast<std::size_t>(starts_[static_cast<std::size_t>(i)]);
+    const auto count = static_cast<std::size_t>(counts_[static_cast<std::size_t>(i)]);
+    return {indices_.subspan(start, count), distances_.subspan(start, count)};
+  }
+
+ private:
+  std::span<const std::int32_t> queries_, counts_, indices_;
+  std::span<const index_t> starts_;
+  std::span<const S> distances_;
+};
+
+/// Takes blocks of neighbourhoods, from several threads at once.
+export template <Scalar S>
+using neighborhood_visitor = std::function<void(const neighborhood_block<S>&)>;
+
 }  // namespace cilantro
 
 template <cilantro::Scalar S>

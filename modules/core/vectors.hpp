@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+//
+// What vector kernels are written in: the compiler's own vectors, which it maps to whatever the
+// target has. Internal, and for the units that CMake compiles once for each target. They must hold
+// nothing but functions of their own, none of the standard library: the linker keeps one copy of
+// an inline function, which might be one that the machine at hand cannot run.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#define CILANTRO_ALWAYS_INLINE inline __attribute__((always_inline))
+
+namespace cilantro::detail::CILANTRO_VECTOR_TARGET {
+namespace {
+
+template <class T, int N>
+using vec __attribute__((ext_vector_type(N))) = T;
+
+/// Points are kept and queries answered in blocks of so many.
+constexpr int width = 16;
+
+/// Of two that are equal, or not numbers, the second.
+template <class V>
+CILANTRO_ALWAYS_INLINE V smaller(V a, V b) {
+  return a < b ? a : b;
+}
+template <class V>
+CILANTRO_ALWAYS_INLINE V larger(V a, V b) {
+  return a > b ? a : b;
+}
+
+template <class V, class T>
+CILANTRO_ALWAYS_INLINE V load(const T* from) {
+  V v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+template <class T, class V>
+CILANTRO_ALWAYS_INLINE void store(T* to, V v) {
+  __builtin_memcpy(to, &v, sizeof v);
+}
+template <class To, class From>
+CILANTRO_ALWAYS_INLINE To convert(From v) {
+  return __builtin_convertvector(v, To);
+}
+
+/// Lane i of a comparison as bit i.
+template <class Comparison>
+CILANTRO_ALWAYS_INLINE unsigned bits(Comparison c) {
+  return __builtin_bit_cast(std::uint16_t, convert<vec<bool, width>>(c));
+}
+
+template <class T>
+CILANTRO_ALWAYS_INLINE T largest_lane(vec<T, width> v) {
+  const auto eight = larger(v.lo, v.hi);
+  const auto four = larger(eight.lo, eight.hi);
+  const auto two = larger(four.lo, four.hi);
+  return two.x > two.y ? two.x : two.y;
+}
+
+}  // namespace
+}  // namespace cilantro::detail::CILANTRO_VECTOR_TARGET

@@ -9,8 +9,10 @@ module;
 #include <numbers>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/closed_spaces.hpp"
+#include "geometry/plane_fit.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
@@ -155,74 +157,125 @@ struct estimated_fit {
   }
 };
 
-/// Points handed to a thread at a time, with their neighbourhoods.
-constexpr index_t block_of_points = 256;
+template <Scalar S>
+detail::plane_fit<S>* plane_kernel() {
+#define CILANTRO_ENTRY(target) detail::target::plane_fit_in<S>(),
+  static detail::plane_fit<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
+#undef CILANTRO_ENTRY
+  return all[static_cast<int>(current_vector_target())];
+}
 
-/// `fit_of_block()` makes a function that fits a plane to indices.
-template <Scalar S, int D, class Near, class Fit>
-normals_result<S, D> fit_planes(points_view<S, D> points, const normals_options& options,
-                                Near near_of_block, Fit fit_of_block) {
-  constexpr auto what = "estimate_normals: the viewpoint must have the dimension of the points";
-  point_vector<S, D> viewpoint;
-  if (options.viewpoint) {
-    viewpoint = options.viewpoint->as<S, D>(points.dimension(), what);
-    expects(is_finite(viewpoint), "estimate_normals: the viewpoint must be finite");
+/// Where fitted planes go, with their normals on the side that is asked for.
+template <Scalar S, int D>
+class plane_writer {
+ public:
+  plane_writer(points_view<S, D> points, const normals_options& options)
+      : points_{points},
+        result_{point_matrix<S, D>::Zero(points.dimension(), points.size()),
+                Eigen::Matrix<S, dynamic, 1>::Zero(points.size())} {
+    if (!options.viewpoint) return;
+    viewpoint_ = options.viewpoint->as<S, D>(
+        points.dimension(),
+        "estimate_normals: the viewpoint must have the dimension of the points");
+    expects(is_finite(*viewpoint_), "estimate_normals: the viewpoint must be finite");
   }
-  normals_result<S, D> result{point_matrix<S, D>(points.dimension(), points.size()),
-                              Eigen::Matrix<S, dynamic, 1>(points.size())};
-  parallel_blocks(points.size(), block_of_points, {options.threads, options.monitor},
-                  [&](index_t, index_t begin, index_t end) {
-                    auto fit = fit_of_block();
-                    const auto near = near_of_block(begin, end);
-                    for (index_t i = begin; i < end; ++i) {
-                      const auto plane = fit(near(i).indices());
-                      if (!plane) {
-                        result.normals.col(i).setZero();
-                        result.curvature[i] = 0;
-                        continue;
-                      }
-                      S side;
-                      if (options.viewpoint) {
-                        side = plane->normal.dot(viewpoint - points[i]);
-                      } else {
-                        index_t largest;
-                        plane->normal.cwiseAbs().maxCoeff(&largest);
-                        side = plane->normal[largest];
-                      }
-                      result.normals.col(i) = side < 0 ? (-plane->normal).eval() : plane->normal;
-                      result.curvature[i] = plane->curvature;
-                    }
-                  });
-  return result;
+
+  void write(index_t i, const plane<S, D>& found) {
+    S side;
+    if (viewpoint_) {
+      side = found.normal.dot(*viewpoint_ - points_[i]);
+    } else {
+      index_t largest;
+      found.normal.cwiseAbs().maxCoeff(&largest);
+      side = found.normal[largest];
+    }
+    result_.normals.col(i) = side < 0 ? (-found.normal).eval() : found.normal;
+    result_.curvature[i] = found.curvature;
+  }
+  [[nodiscard]] normals_result<S, D> take() { return std::move(result_); }
+
+ private:
+  points_view<S, D> points_;
+  std::optional<point_vector<S, D>> viewpoint_;
+  normals_result<S, D> result_;
+};
+
+/// Fits planes to a block of neighbourhoods, some at a time where there are kernels for that.
+template <Scalar S, int D>
+void fit_block(points_view<S, D> points, const neighborhood_block<S>& block,
+               plane_writer<S, D>& out) {
+  least_squares_fit<S, D> fit{points};
+  const auto fit_one = [&](index_t i) {
+    if (const auto found = fit(block[i].indices())) out.write(block.query(i), *found);
+  };
+  if constexpr (D != 3) {
+    for (index_t i = 0; i < block.size(); ++i) fit_one(i);
+  } else {
+    constexpr int lanes = detail::planes_at_a_time;
+    const auto& fit_many = *plane_kernel<S>();
+    detail::plane_members<S> members{points.data(), points.stride(), {}, {}};
+    detail::fitted_planes planes;
+    for (index_t begin = 0; begin < block.size(); begin += lanes) {
+      const auto count = static_cast<int>(std::min<index_t>(lanes, block.size() - begin));
+      for (int k = 0; k < lanes; ++k) {
+        members.counts[k] = 0;
+        if (k >= count) continue;
+        const auto near = block[begin + k].indices();
+        if (std::ssize(near) > detail::most_plane_members) {
+          fit_one(begin + k);
+        } else {
+          members.indices[k] = near.data();
+          members.counts[k] = static_cast<std::int32_t>(near.size());
+        }
+      }
+      fit_many(members, planes);
+      for (int k = 0; k < count; ++k)
+        if (planes.are_determined[k])
+          out.write(
+              block.query(begin + k),
+              {Eigen::Vector3d{planes.normals[0][k], planes.normals[1][k], planes.normals[2][k]}
+                   .template cast<S>(),
+               static_cast<S>(planes.curvatures[k])});
+    }
+  }
 }
 
-template <Scalar S, int D, class Fit>
-normals_result<S, D> fit_planes(points_view<S, D> points, const neighborhood_spec& spec,
-                                const normals_options& options, Fit fit_of_block) {
+template <Scalar S, int D>
+void visit(points_view<S, D> points, const neighborhood_spec& spec, const normals_options& options,
+           const neighborhood_visitor<S>& f) {
   const kd_tree<S, D> tree{points, {.threads = options.threads}};
-  return fit_planes(
-      points, options,
-      [&](index_t begin, index_t end) {
-        return [near = tree.find_all(points.slice(begin, end - begin), spec, {.threads = 1}),
-                begin](index_t i) { return near[i - begin]; };
-      },
-      fit_of_block);
+  visit_neighborhoods(tree, points, spec, f, {options.threads, options.monitor});
 }
 
-template <Scalar S, int D, class Fit>
-normals_result<S, D> fit_planes(points_view<S, D> points, const neighborhoods<S>& near,
-                                const normals_options& options, Fit fit_of_block) {
+template <Scalar S, int D>
+void visit(points_view<S, D> points, const neighborhoods<S>& near, const normals_options& options,
+           const neighborhood_visitor<S>& f) {
   expects(near.size() == points.size(),
           "estimate_normals: there must be one neighborhood per point");
   expects(std::ranges::all_of(near.indices(),
                               [&](std::int32_t i) { return 0 <= i && i < points.size(); }),
           "estimate_normals: a neighbor is not one of the points");
-  return fit_planes(
-      points, options,
-      [&](index_t, index_t) {
-        return [&](index_t i) { return is_finite(points[i]) ? near[i] : neighborhood<S>{}; };
-      },
-      fit_of_block);
+  constexpr index_t at_a_time = 256;
+  parallel_blocks(points.size(), at_a_time, {options.threads, options.monitor},
+                  [&](index_t, index_t begin, index_t end) {
+                    std::vector<std::int32_t> queries, counts;
+                    std::vector<index_t> starts;
+                    for (index_t i = begin; i < end; ++i) {
+                      if (!is_finite(points[i])) continue;
+                      queries.push_back(static_cast<std::int32_t>(i));
+                      counts.push_back(static_cast<std::int32_t>(near[i].size()));
+                      starts.push_back(near.offsets()[static_cast<std::size_t>(i)]);
+                    }
+                    f({queries, starts, counts, near.indices(), near.distances()});
+                  });
+}
+
+template <Scalar S, int D, class Near, class F>
+normals_result<S, D> fit_planes(points_view<S, D> points, const Near& near,
+                                const normals_options& options, F fit) {
+  plane_writer<S, D> out{points, options};
+  visit<S, D>(points, near, options, [&](const neighborhood_block<S>& block) { fit(block, out); });
+  return out.take();
 }
 
 }  // namespace
@@ -230,20 +283,26 @@ normals_result<S, D> fit_planes(points_view<S, D> points, const neighborhoods<S>
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
                                     const normals_options& options) {
-  return fit_planes(points, spec, options, [&] { return least_squares_fit<S, D>{points}; });
+  return fit_planes(points, spec, options,
+                    [&](const auto& block, auto& out) { fit_block(points, block, out); });
 }
 
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
                                     const normals_options& options) {
-  return fit_planes(points, near, options, [&] { return least_squares_fit<S, D>{points}; });
+  return fit_planes(points, near, options,
+                    [&](const auto& block, auto& out) { fit_block(points, block, out); });
 }
 
 template <Scalar S, int D, class Near>
 normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& near,
                                        const normals_options& options,
                                        const covariance_function<S, D>& estimate) {
-  return fit_planes(points, near, options, [&] { return estimated_fit<S, D>{points, estimate}; });
+  const estimated_fit<S, D> fit{points, estimate};
+  return fit_planes(points, near, options, [&](const auto& block, auto& out) {
+    for (index_t i = 0; i < block.size(); ++i)
+      if (const auto found = fit(block[i].indices())) out.write(block.query(i), *found);
+  });
 }
 
 template <Scalar S, int D>

@@ -44,23 +44,6 @@ void join_similar(disjoint_sets& sets, index_t i, const Near& near, const F& sim
   }
 }
 
-/// Calls `visit(i, neighbours)` for each point i that is `wanted`, in parallel, and keeps nothing.
-/// Few points at a time, since searches vary in cost.
-template <NeighborSearcher T, class W, class F>
-void visit_neighborhoods(const T& searcher,
-                         points_view<typename T::scalar, T::static_dimension> points,
-                         neighborhood_spec spec, const execution& how, const W& wanted,
-                         const F& visit) {
-  parallel_blocks(points.size(), 256, how, [&](index_t, index_t begin, index_t end) {
-    std::vector<neighbor<typename T::scalar>> near;
-    for (index_t i = begin; i < end; ++i) {
-      if (!wanted(i)) continue;
-      searcher.find(points[i], spec, near);
-      visit(i, near);
-    }
-  });
-}
-
 /// The connected components of the graph whose nodes are the points, and whose edges are the pairs
 /// of neighbours, in either direction, that are similar. A node without a similar neighbour is a
 /// component of its own. The same for any number of threads. O(E) time and O(N) memory.
@@ -92,13 +75,16 @@ export template <NeighborSearcher T, PointsOrCloud P,
   expect_sensible(options, view.size());
   disjoint_sets sets{view.size()};
   std::vector<std::uint8_t> belongs(static_cast<std::size_t>(view.size()));
-  visit_neighborhoods(
-      searcher, view, spec, {options.threads, options.monitor},
-      [&](index_t i) { return is_finite(view[i]); },
-      [&](index_t i, const auto& near) {
-        belongs[static_cast<std::size_t>(i)] = 1;
-        join_similar<S>(sets, i, near, similar);
-      });
+  visit_neighborhoods(searcher, view, spec,
+                      [&](const neighborhood_block<S>& block) {
+                        for (index_t q = 0; q < block.size(); ++q) {
+                          const index_t i = block.query(q);
+                          if (!is_finite(view[i])) continue;
+                          belongs[static_cast<std::size_t>(i)] = 1;
+                          join_similar<S>(sets, i, block[q], similar);
+                        }
+                      },
+                      {.ascending = false, .threads = options.threads, .monitor = options.monitor});
   return components_of(sets, belongs, options);
 }
 

@@ -46,34 +46,36 @@ export template <NeighborSearcher T, PointsOrCloud P>
   };
   // Three passes, of which the second looks at whole neighbourhoods.
   const auto for_each = [&](double begin_share, double end_share, neighborhood_spec spec,
-                            const auto& wanted, const auto& visit) {
-    task_monitor part{{}, options.monitor.stop};
+                            visit_options how, const auto& visit) {
+    how.threads = options.threads;
+    how.monitor.stop = options.monitor.stop;
     if (options.monitor.progress)
-      part.progress = [&](double share) {
+      how.monitor.progress = [&](double share) {
         options.monitor.progress(begin_share + share * (end_share - begin_share));
       };
-    visit_neighborhoods(searcher, view, spec, {options.threads, part}, wanted, visit);
+    const auto visit_block = [&](const neighborhood_block<S>& block) {
+      for (index_t q = 0; q < block.size(); ++q) visit(block.query(q), block[q]);
+    };
+    visit_neighborhoods(searcher, view, spec, visit_block, how);
   };
 
-  for_each(
-      0, 0.2, knn_in_radius{options.min_points, reach}, [](index_t) { return true; },
-      [&](index_t i, const auto& near) { core(i) = std::ssize(near) == options.min_points; });
+  for_each(0, 0.2, knn_in_radius{options.min_points, reach}, {.ascending = false},
+           [&](index_t i, const auto& near) { core(i) = std::ssize(near) == options.min_points; });
   disjoint_sets sets{n};
-  for_each(
-      0.2, 0.9, radius{reach}, [&](index_t i) { return bool(core(i)); },
-      [&](index_t i, const auto& near) {
-        join_similar<S>(sets, i, near, [&](index_t, index_t j, S) { return bool(core(j)); });
-      });
+  for_each(0.2, 0.9, radius{reach}, {.wanted = is_core, .ascending = false},
+           [&](index_t i, const auto& near) {
+             join_similar<S>(sets, i, near, [&](index_t, index_t j, S) { return bool(core(j)); });
+           });
   std::vector<clusters::label> labels(static_cast<std::size_t>(n), clusters::none);
-  for_each(
-      0.9, 1, radius{reach}, [&](index_t i) { return !core(i); },
-      [&](index_t i, const auto& near) {
-        const auto nearest =
-            std::ranges::find_if(near, [&](const auto& found) { return core(found.index); });
-        if (nearest != near.end())
-          labels[static_cast<std::size_t>(i)] =
-              static_cast<clusters::label>(sets.find(nearest->index));
-      });
+  std::vector<std::uint8_t> is_other(is_core.size());
+  for (std::size_t i = 0; i < is_core.size(); ++i) is_other[i] = !is_core[i];
+  for_each(0.9, 1, radius{reach}, {.wanted = is_other}, [&](index_t i, const auto& near) {
+    const auto nearest =
+        std::ranges::find_if(near, [&](const auto& found) { return core(found.index); });
+    if (nearest != near.end())
+      labels[static_cast<std::size_t>(i)] =
+          static_cast<clusters::label>(sets.find((*nearest).index));
+  });
   for (index_t i = 0; i < n; ++i)
     if (core(i)) labels[static_cast<std::size_t>(i)] = static_cast<clusters::label>(sets.find(i));
   return {clusters{std::move(labels)}, std::move(is_core)};

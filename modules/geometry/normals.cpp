@@ -244,7 +244,8 @@ template <Scalar S, int D>
 void visit(points_view<S, D> points, const neighborhood_spec& spec, const normals_options& options,
            const neighborhood_visitor<S>& f) {
   const kd_tree<S, D> tree{points, {.threads = options.threads}};
-  visit_neighborhoods(tree, points, spec, f, {options.threads, options.monitor});
+  visit_neighborhoods(tree, points, spec, f,
+                      {.threads = options.threads, .monitor = options.monitor});
 }
 
 template <Scalar S, int D>

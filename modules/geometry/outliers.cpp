@@ -14,24 +14,22 @@ module cilantro.geometry;
 namespace cilantro {
 namespace {
 
-/// Points handed to a thread at a time.
-constexpr index_t block_of_queries = 256;
-
 /// A number for each point from the distances to its nearest others, or NaN if it is not finite.
 template <Scalar S, int D, class F>
 std::vector<double> from_others(points_view<S, D> points, const knn_in_radius& spec,
                                 const execution& how, F f) {
   const kd_tree<S, D> tree{points, {.threads = how.threads}};
-  std::vector<double> all(static_cast<std::size_t>(points.size()));
+  std::vector<double> all(static_cast<std::size_t>(points.size()),
+                          std::numeric_limits<double>::quiet_NaN());
   // One more than asked for: the point itself is found, too, as one that is at no distance.
   const knn_in_radius with_self{spec.k + 1, spec.distance};
-  parallel_blocks(points.size(), block_of_queries, how, [&](index_t, index_t begin, index_t end) {
-    const auto near = tree.find_all(points.slice(begin, end - begin), with_self, {.threads = 1});
-    for (index_t i = begin; i < end; ++i)
-      all[static_cast<std::size_t>(i)] = is_finite(points[i]) && !near[i - begin].empty()
-                                             ? f(near[i - begin].distances().subspan(1))
-                                             : std::numeric_limits<double>::quiet_NaN();
-  });
+  visit_neighborhoods(tree, points, with_self,
+                      [&](const neighborhood_block<S>& block) {
+                        for (index_t i = 0; i < block.size(); ++i)
+                          if (const auto found = block[i].distances(); !found.empty())
+                            all[static_cast<std::size_t>(block.query(i))] = f(found.subspan(1));
+                      },
+                      {.threads = how.threads, .monitor = how.monitor});
   return all;
 }
 

@@ -31,12 +31,6 @@ const detail::block_search<S>& kernels() {
   return *all[static_cast<int>(current_vector_target())];
 }
 
-template <Scalar S, int D>
-detail::block_tree<S> blocks_of(const kd_tree_nodes<S, D>& nodes) {
-  return {nodes.blocks(),       nodes.levels,       nodes.coordinates.data(),
-          nodes.indices.data(), nodes.boxes.data(), nodes.children.data()};
-}
-
 /// Whether the queries that can be answered are the points of the tree, in their order.
 template <Scalar S, int D>
 bool are_its_points(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries) {
@@ -67,13 +61,13 @@ class block_queries {
   block_queries(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries,
                 const neighborhood_spec& spec, int threads)
       : nodes_{nodes},
-        tree_{blocks_of(nodes)},
+        tree_{detail::blocks_of<S>(nodes)},
         k_{std::min(spec.max_count(), nodes.searchable)},
         is_counted_{spec.is_count_limited()},
         limit_{euclidean::sum(static_cast<S>(spec.max_distance()))} {
     if (are_its_points(nodes, queries)) return;
     sorted_.emplace(queries, kd_tree_options{.threads = threads});
-    queries_ = blocks_of(*sorted_);
+    queries_ = detail::blocks_of<S>(*sorted_);
   }
 
   /// How many blocks `find` takes.
@@ -98,7 +92,8 @@ class block_queries {
   }
 
   /// All that is found for the b-th block, of the queries that are wanted.
-  void find(index_t b, std::span<const std::uint8_t> wanted, found_block<S>& out) const {
+  void find(index_t b, std::span<const std::uint8_t> wanted, bool ascending,
+            found_block<S>& out) const {
     const auto [begin, end] = range(b);
     const auto is_wanted = [&](std::int32_t q) {
       return wanted.empty() || wanted[static_cast<std::size_t>(q)];
@@ -107,7 +102,7 @@ class block_queries {
     if (is_counted_)
       find_nearest(begin, end, is_wanted, out);
     else
-      find_within(begin, end, is_wanted, out);
+      find_within(begin, end, is_wanted, ascending, out);
   }
 
  private:
@@ -141,7 +136,8 @@ class block_queries {
   }
 
   template <class W>
-  void find_within(index_t begin, index_t end, W is_wanted, found_block<S>& out) const {
+  void find_within(index_t begin, index_t end, W is_wanted, bool ascending,
+                   found_block<S>& out) const {
     const auto n = static_cast<std::size_t>(tree_.blocks);
     // Not cleared: of many, few are used.
     const auto blocks = std::make_unique_for_overwrite<std::int32_t[]>(n + 1);
@@ -160,7 +156,7 @@ class block_queries {
         out.indices.resize(at + most);
         out.distances.resize(at + most);
         const index_t found = kernels<S, D>().within(
-            tree_, queries(), b, int(i), limit_, blocks.get(), masks.get(), count, true,
+            tree_, queries(), b, int(i), limit_, blocks.get(), masks.get(), count, ascending,
             room.data(), out.indices.data() + at, out.distances.data() + at);
         out.counts.back() = static_cast<std::int32_t>(found);
         out.indices.resize(at + static_cast<std::size_t>(found));
@@ -201,7 +197,7 @@ void find_in_blocks(const kd_tree_nodes<S, D>& nodes, const S* query, index_t k,
   std::array<std::int32_t, detail::most_in_registers> indices;
   std::array<S, detail::most_in_registers> distances;
   std::int32_t count = 0;
-  kernels<S, D>().nearest(blocks_of(nodes),
+  kernels<S, D>().nearest(detail::blocks_of<S>(nodes),
                           {1, 0, coordinates.data(), names.data(), box.data(), nullptr}, 0, 1,
                           int(k), limit, {names.data(), indices.data(), distances.data(), &count});
   for (std::size_t i = 0; i < std::size_t(count); ++i) out.push_back({indices[i], distances[i]});
@@ -228,7 +224,7 @@ neighborhoods<S> find_all_in_blocks(const kd_tree_nodes<S, D>& nodes, points_vie
   std::vector<found_block<S>> blocks(static_cast<std::size_t>(search.size()));
   parallel_blocks(search.size(), 1, how, [&](index_t b, index_t, index_t) {
     auto& block = blocks[static_cast<std::size_t>(b)];
-    search.find(b, {}, block);
+    search.find(b, {}, true, block);
     for (std::size_t i = 0; i < block.queries.size(); ++i)
       offsets[static_cast<std::size_t>(block.queries[i]) + 1] = block.counts[i];
   });
@@ -251,11 +247,12 @@ neighborhoods<S> find_all_in_blocks(const kd_tree_nodes<S, D>& nodes, points_vie
 template <Scalar S, int D>
 void visit_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries,
                      const neighborhood_spec& spec, const neighborhood_visitor<S>& visit,
-                     std::span<const std::uint8_t> wanted, const execution& how) {
-  const block_queries<S, D> search{nodes, queries, spec, how.threads};
+                     const visit_options& options) {
+  const block_queries<S, D> search{nodes, queries, spec, options.threads};
+  const execution how{options.threads, options.monitor};
   parallel_blocks(search.size(), 1, how, [&](index_t b, index_t, index_t) {
     found_block<S> block;
-    search.find(b, wanted, block);
+    search.find(b, options.wanted, options.ascending, block);
     visit(block.view());
   });
 }
@@ -267,7 +264,7 @@ void visit_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries
       const kd_tree_nodes<S, D>&, points_view<S, D>, const neighborhood_spec&, const execution&); \
   template void visit_in_blocks<S, D>(const kd_tree_nodes<S, D>&, points_view<S, D>,              \
                                       const neighborhood_spec&, const neighborhood_visitor<S>&,   \
-                                      std::span<const std::uint8_t>, const execution&);
+                                      const visit_options&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)

@@ -28,6 +28,13 @@ struct block_tree {
                                 ///< upper halves.
 };
 
+/// The blocks of a `kd_tree_nodes`.
+template <class S, class Nodes>
+block_tree<S> blocks_of(const Nodes& nodes) {
+  return {nodes.blocks(),       nodes.levels,       nodes.coordinates.data(),
+          nodes.indices.data(), nodes.boxes.data(), nodes.children.data()};
+}
+
 /// Where the neighbours of queries go: those of row r start at `r · k`, and `counts[r]` is their
 /// number (unless null). The lists of `rows` say which row belongs to a query.
 template <class S>

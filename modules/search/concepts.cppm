@@ -37,15 +37,22 @@ concept BatchSearcher =
       { searcher.find_all(queries, spec, how) } -> std::same_as<neighborhoods<typename T::scalar>>;
     };
 
+export struct visit_options {
+  /// If given, one for each query: 0 for those that are not asked.
+  std::span<const std::uint8_t> wanted = {};
+  bool ascending = true;  ///< Whether the order within a neighbourhood matters; none is faster.
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
 /// A searcher that can hand on what it finds in an order of its own, which it is fast in.
 template <class T>
 concept VisitingSearcher =
     NeighborSearcher<T> &&
     requires(const T& searcher, points_view<typename T::scalar, T::static_dimension> queries,
-             neighborhood_spec spec, const execution& how,
-             const neighborhood_visitor<typename T::scalar>& visit,
-             std::span<const std::uint8_t> wanted) {
-      { searcher.visit_all(queries, spec, visit, wanted, how) } -> std::same_as<void>;
+             neighborhood_spec spec, const neighborhood_visitor<typename T::scalar>& visit,
+             const visit_options& options) {
+      { searcher.visit_all(queries, spec, visit, options) } -> std::same_as<void>;
     };
 
 /// Queries answered by one thread at a time; small, since a radius search varies in cost.
@@ -77,18 +84,18 @@ struct found_block {
   }
 };
 
-/// Asks for every q in [0, queries) that is wanted (all if nothing is said), in parallel.
-/// `make_find()` is called once a block and returns a function `find(q, out)` that may keep what it
-/// needs between queries.
+/// Asks for every q in [0, queries) that is wanted, in parallel. `make_find()` is called once a
+/// block and returns a function `find(q, out)` that may keep what it needs between queries.
 template <Scalar S, class F>
 void visit_queries(index_t queries, const neighborhood_visitor<S>& visit,
-                   std::span<const std::uint8_t> wanted, const execution& how, F&& make_find) {
+                   const visit_options& options, F&& make_find) {
+  const execution how{options.threads, options.monitor};
   parallel_blocks(queries, query_block_size, how, [&](index_t, index_t begin, index_t end) {
     found_block<S> block;
     auto find = make_find();
     std::vector<neighbor<S>> found;
     for (index_t q = begin; q < end; ++q) {
-      if (!wanted.empty() && !wanted[static_cast<std::size_t>(q)]) continue;
+      if (!options.wanted.empty() && !options.wanted[static_cast<std::size_t>(q)]) continue;
       find(q, found);
       block.add(q, found);
     }
@@ -154,27 +161,27 @@ export template <NeighborSearcher T, PointsSource P>
       how);
 }
 
-/// Hands the neighbourhoods of all `queries` to `visit`, a block of them at a time and from several
+/// Hands the neighbourhoods of `queries` to `visit`, a block of them at a time and from several
 /// threads at once, and keeps none: memory does not grow with their number. A searcher visits them
-/// in the order that it is fast in, each finite query once, and others perhaps not at all. Given
-/// `wanted`, only the queries that it says 1 for. What a block holds is gone after the call.
+/// in the order that it is fast in: each finite query that is wanted once, others perhaps not at
+/// all. What a block holds is gone after the call.
 /// Throws `invalid_input` if the dimensions or sizes differ; what `visit` throws; `cancelled`.
 export template <NeighborSearcher T>
 void visit_neighborhoods(const T& searcher,
                          points_view<typename T::scalar, T::static_dimension> queries,
                          neighborhood_spec spec,
                          const neighborhood_visitor<typename T::scalar>& visit,
-                         const execution& how = {}, std::span<const std::uint8_t> wanted = {}) {
+                         const visit_options& options = {}) {
   expects(queries.empty() || queries.dimension() == searcher.dimension(),
           "visit_neighborhoods: queries and points must have the same dimension");
   expects(queries.size() <= std::numeric_limits<std::int32_t>::max(),
           "visit_neighborhoods: there can be at most 2^31 - 1 queries");
-  expects(wanted.empty() || std::ssize(wanted) == queries.size(),
+  expects(options.wanted.empty() || std::ssize(options.wanted) == queries.size(),
           "visit_neighborhoods: it must be said for each query whether it is wanted");
   if constexpr (VisitingSearcher<T>)
-    searcher.visit_all(queries, spec, visit, wanted, how);
+    searcher.visit_all(queries, spec, visit, options);
   else
-    visit_queries<typename T::scalar>(queries.size(), visit, wanted, how, [&] {
+    visit_queries<typename T::scalar>(queries.size(), visit, options, [&] {
       return [&](index_t q, auto& found) { searcher.find(queries[q], spec, found); };
     });
 }

@@ -26,7 +26,7 @@ neighborhoods<S> find_all_in_blocks(const kd_tree_nodes<S, D>& nodes, points_vie
 template <Scalar S, int D>
 void visit_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries,
                      const neighborhood_spec& spec, const neighborhood_visitor<S>& visit,
-                     std::span<const std::uint8_t> wanted, const execution& how);
+                     const visit_options& options);
 
 /// Searches with one metric. Compiled in the library for the shipped metrics, each scalar, and 2, 3
 /// and run-time dimensions.
@@ -52,8 +52,7 @@ class kd_tree_engine {
   [[nodiscard]] neighborhoods<S> find_all(points_view<S, D> queries, const neighborhood_spec& spec,
                                           const execution& how) const;
   void visit_all(points_view<S, D> queries, const neighborhood_spec& spec,
-                 const neighborhood_visitor<S>& visit, std::span<const std::uint8_t> wanted,
-                 const execution& how) const;
+                 const neighborhood_visitor<S>& visit, const visit_options& options) const;
 
   const kd_tree_nodes<S, D> nodes;
 
@@ -165,12 +164,11 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
 template <Scalar S, int D, CoordinateMetric<S> M>
 void kd_tree_engine<S, D, M>::visit_all(points_view<S, D> queries, const neighborhood_spec& spec,
                                         const neighborhood_visitor<S>& visit,
-                                        std::span<const std::uint8_t> wanted,
-                                        const execution& how) const {
+                                        const visit_options& options) const {
   if constexpr (has_blocks)
     if (is_for_blocks(spec, nodes.searchable))
-      return visit_in_blocks<S, D>(nodes, queries, spec, visit, wanted, how);
-  visit_queries<S>(queries.size(), visit, wanted, how, finder(queries, spec));
+      return visit_in_blocks<S, D>(nodes, queries, spec, visit, options);
+  visit_queries<S>(queries.size(), visit, options, finder(queries, spec));
 }
 
 /// Nearest neighbours in a set of points that does not change, by any `CoordinateMetric`.
@@ -256,10 +254,12 @@ class kd_tree {
 
   /// What `visit_neighborhoods` says, which checks its arguments.
   void visit_all(points_view<S, D> queries, neighborhood_spec spec,
-                 const neighborhood_visitor<S>& visit, std::span<const std::uint8_t> wanted,
-                 const execution& how) const {
-    engine_->visit_all(queries, spec, visit, wanted, how);
+                 const neighborhood_visitor<S>& visit, const visit_options& options) const {
+    engine_->visit_all(queries, spec, visit, options);
   }
+
+  /// How the tree is kept, for kernels of the library.
+  [[nodiscard]] const auto& nodes() const { return engine_->nodes; }
 
  private:
   using engine = kd_tree_engine<S, closed_dimension<D>, M>;

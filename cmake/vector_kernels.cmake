@@ -2,6 +2,8 @@
 # at run time. Why: docs/decisions/0017-vector-kernels.md
 set(cilantro_vector_kernels
   modules/geometry/plane_fit.cpp
+  modules/registration/plane_equations.cpp
+  modules/registration/track.cpp
   modules/search/block_search.cpp)
 
 set(cilantro_kernel_objects)

@@ -99,12 +99,20 @@ template <bool SourceNormals, bool TargetNormals, Scalar S, int D>
   return pair;
 }
 
-/// The sums over pairs, in parallel and with the same bits for any number of threads.
+/// The sums of `point_to_plane` and `rigid_motion` in three dimensions, which most registrations
+/// are, by a vector kernel. Compiled in the library.
+template <Scalar S>
+[[nodiscard]] equation_sums<3, 6> sum_plane_equations(const registered_surfaces<S, 3>& surfaces,
+                                                      const double_map<3>& current,
+                                                      std::span<const correspondence<S>> pairs,
+                                                      const execution& how);
+
+/// Of any metric and model.
 template <Scalar S, int D, class Metric, Parameterization Model>
-[[nodiscard]] auto sum_equations(const registered_surfaces<S, D>& surfaces,
-                                 const double_map<D>& current,
-                                 std::span<const correspondence<S>> pairs, const Metric& metric,
-                                 const Model& model, const execution& how)
+[[nodiscard]] auto sum_any_equations(const registered_surfaces<S, D>& surfaces,
+                                     const double_map<D>& current,
+                                     std::span<const correspondence<S>> pairs, const Metric& metric,
+                                     const Model& model, const execution& how)
     -> equation_sums<D, unknowns_of<Model, D>> {
   const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
   const equation_sums<D, unknowns_of<Model, D>> zero{dimension, Model::unknowns(dimension)};
@@ -128,6 +136,19 @@ template <Scalar S, int D, class Metric, Parameterization Model>
     else
       add(metric);
   });
+}
+
+/// The sums over pairs, in parallel and with the same bits for any number of threads.
+template <Scalar S, int D, class Metric, Parameterization Model>
+[[nodiscard]] auto sum_equations(const registered_surfaces<S, D>& surfaces,
+                                 const double_map<D>& current,
+                                 std::span<const correspondence<S>> pairs, const Metric& metric,
+                                 const Model& model, const execution& how)
+    -> equation_sums<D, unknowns_of<Model, D>> {
+  if constexpr (D == 3 && std::same_as<Metric, point_to_plane> && std::same_as<Model, rigid_motion>)
+    return sum_plane_equations<S>(surfaces, current, pairs, how);
+  else
+    return sum_any_equations<S, D>(surfaces, current, pairs, metric, model, how);
 }
 
 /// Improves a transform by one step of Gauss–Newton: any metric of residual terms, under any model

@@ -1,43 +1,74 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "core/closed_spaces.hpp"
+#include "registration/track.hpp"
 module cilantro.registration;
 
 namespace cilantro {
 namespace {
 
+/// Queries that one thread looks at at a time.
 constexpr index_t block_size = 512;
 
-/// Finds for each query, at `place(q)`, the nearest of `points`, which are those of `tree`; unless
-/// what is known from an earlier call tells that nothing can have changed.
-///
-/// Why that is exact: let a query have moved by m since it was searched for, when every point but
-/// its nearest one was at least g away. By the triangle inequality all those are at least g − m
-/// away now; so if the nearest is at d < g − m, it still is the nearest, and the only one. If there
-/// was none at all within g, there is none within g − m. Each of the three numbers is rounded by
-/// less than the slack.
-template <Scalar S, int D, class Place>
-void track(const kd_tree<S, D>& tree, points_view<S, D> points, index_t queries, Place place,
-           S max_distance, tracked_queries<S>& known, std::span<const char> is_wanted,
-           int threads) {
+/// How queries move: linear · (q − origin) + translation. An inverse has an origin, so that far
+/// coordinates are near ones before they are rotated.
+template <Scalar S, int D>
+struct query_map {
+  Eigen::Matrix<S, D, D> linear;
+  point_vector<S, D> origin, translation;
+
+  static query_map identity(index_t dimension) {
+    return {Eigen::Matrix<S, D, D>::Identity(dimension, dimension),
+            point_vector<S, D>::Zero(dimension), point_vector<S, D>::Zero(dimension)};
+  }
+  static query_map forward(const map_parts<S, D>& t) {
+    return {t.linear, point_vector<S, D>::Zero(t.translation.size()), t.translation};
+  }
+  /// Precondition: the map is rigid.
+  static query_map backward(const map_parts<S, D>& t) {
+    return {t.linear.transpose(), t.translation, point_vector<S, D>::Zero(t.translation.size())};
+  }
+  [[nodiscard]] point_vector<S, D> operator()(const auto& q) const {
+    return linear * (q - origin) + translation;
+  }
+};
+
+/// A little farther than asked, so that also queries without a partner may move.
+template <Scalar S>
+S reach_of(S max_distance) {
+  return max_distance * S(1.5);
+}
+template <Scalar S>
+S slack_of(index_t dimension) {
+  return S(16 + 2 * dimension) * std::numeric_limits<S>::epsilon();
+}
+
+/// Finds for each query, at `map(queries[q])`, the nearest of `points`, which are those of `tree`;
+/// unless what is known from an earlier call tells that nothing can have changed, for the reason
+/// that registration/track.cpp gives.
+template <Scalar S, int D>
+void track_one_by_one(const kd_tree<S, D>& tree, points_view<S, D> points,
+                      points_view<S, D> queries, const query_map<S, D>& map, S max_distance,
+                      tracked_queries<S>& known, std::span<const char> is_wanted, int threads) {
   const index_t dimension = points.dimension();
-  const auto n = static_cast<std::size_t>(queries);
+  const auto n = static_cast<std::size_t>(queries.size());
   known.places.resize(n * static_cast<std::size_t>(dimension));
   known.nearest.resize(n);
   known.others.resize(n);
   known.distances.resize(n);
-  // A little farther than asked, so that also queries without a partner may move.
-  const S reach = max_distance * S(1.5);
-  const S slack = S(16 + 2 * dimension) * std::numeric_limits<S>::epsilon();
+  const S reach = reach_of(max_distance), slack = slack_of<S>(dimension);
 
   parallel_blocks(
-      queries, block_size, {.threads = threads}, [&](index_t, index_t begin, index_t end) {
+      queries.size(), block_size, {.threads = threads}, [&](index_t, index_t begin, index_t end) {
         for (index_t q = begin; q < end; ++q) {
           const auto at = static_cast<std::size_t>(q);
           if (!is_wanted.empty() && !is_wanted[at]) {
@@ -45,7 +76,7 @@ void track(const kd_tree<S, D>& tree, points_view<S, D> points, index_t queries,
             if (!known.is_known) known.others[at] = -1;
             continue;
           }
-          const point_vector<S, D> p = place(q);
+          const point_vector<S, D> p = map(queries[q]);
           Eigen::Map<point_vector<S, D>> searched{known.places.data() + q * dimension, dimension};
           if (known.is_known && known.others[at] >= 0) {
             const S moved = (p - searched).norm();
@@ -67,6 +98,78 @@ void track(const kd_tree<S, D>& tree, points_view<S, D> points, index_t queries,
   known.is_known = true;
 }
 
+template <Scalar S, int D>
+detail::track_kernel<S>& track_kernel() {
+#define CILANTRO_ENTRY(target) detail::target::track_in<S, D>(),
+  static detail::track_kernel<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
+#undef CILANTRO_ENTRY
+  return *all[static_cast<int>(current_vector_target())];
+}
+
+/// The same, a block of the queries' own tree at a time.
+template <Scalar S, int D>
+void track_in_blocks(const kd_tree<S, D>& tree, points_view<S, D> points,
+                     const kd_tree<S, D>& queries, const query_map<S, D>& map, S max_distance,
+                     tracked_queries<S>& known, std::span<const char> is_wanted, int threads) {
+  constexpr index_t width = 16;
+  const auto& nodes = queries.nodes();
+  const index_t blocks = nodes.blocks();
+  const auto slots = static_cast<std::size_t>(blocks * width);
+  known.places.resize(slots * std::size_t(D));
+  known.others.resize(slots);
+  known.held.resize(slots);
+  known.distances.resize(static_cast<std::size_t>(queries.size()));
+  if (!known.is_known) {
+    // Those that are not finite are in no block.
+    known.nearest.assign(known.distances.size(), -1);
+    std::ranges::fill(known.places, S(0));
+  }
+  const detail::track_search<S> search{detail::blocks_of<S>(tree.nodes()),
+                                       points.data(),
+                                       points.stride(),
+                                       map.linear.data(),
+                                       map.origin.data(),
+                                       map.translation.data(),
+                                       max_distance,
+                                       reach_of(max_distance),
+                                       slack_of<S>(D),
+                                       known.is_known};
+  const auto& track = track_kernel<S, D>();
+  parallel_blocks(
+      blocks, block_size / width, {.threads = threads}, [&](index_t, index_t begin, index_t end) {
+        for (index_t b = begin; b < end; ++b) {
+          const std::int32_t* const names = nodes.indices.data() + b * width;
+          std::array<S, width> distances;
+          unsigned wanted = 0;
+          for (index_t i = 0; i < width; ++i)
+            if (names[i] >= 0 &&
+                (is_wanted.empty() || is_wanted[static_cast<std::size_t>(names[i])]))
+              wanted |= 1u << i;
+          track(search,
+                {nodes.block(b), wanted, known.places.data() + b * width * D,
+                 known.held.data() + b * width, known.others.data() + b * width, distances.data()});
+          for (index_t i = 0; i < width; ++i) {
+            if ((wanted >> i & 1) == 0) continue;
+            const auto q = static_cast<std::size_t>(names[i]);
+            known.nearest[q] = known.held[static_cast<std::size_t>(b * width + i)];
+            known.distances[q] = distances[static_cast<std::size_t>(i)];
+          }
+        }
+      });
+  known.is_known = true;
+}
+
+template <Scalar S, int D>
+void track(const kd_tree<S, D>& tree, points_view<S, D> points,
+           const std::optional<kd_tree<S, D>>& queries_tree, points_view<S, D> queries,
+           const query_map<S, D>& map, S max_distance, tracked_queries<S>& known,
+           std::span<const char> is_wanted, int threads) {
+  if constexpr (D == dynamic)
+    track_one_by_one(tree, points, queries, map, max_distance, known, is_wanted, threads);
+  else
+    track_in_blocks(tree, points, *queries_tree, map, max_distance, known, is_wanted, threads);
+}
+
 }  // namespace
 
 template <Scalar S, int D>
@@ -80,18 +183,17 @@ nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> target,
           "nearest_neighbor_searcher: target and source must have the same dimension");
   if (target.empty() || source.empty()) return;
   const kd_tree_options how{.threads = options.threads, .monitor = monitor};
-  if (options.reciprocal || options.direction != search_direction::target_to_source)
+  if (D != dynamic || options.reciprocal || options.direction != search_direction::target_to_source)
     target_tree_.emplace(target, how);
-  if (options.reciprocal || options.direction != search_direction::source_to_target)
+  if (D != dynamic || options.reciprocal || options.direction != search_direction::source_to_target)
     source_tree_.emplace(source, how);
 }
 
 template <Scalar S, int D>
 void nearest_neighbor_engine<S, D>::find_forward(const map_parts<S, D>& transform,
                                                  tracked_queries<S>& tracked) const {
-  track<S, D>(
-      *target_tree_, target_, source_.size(), [&](index_t s) { return transform(source_[s]); },
-      S(options_.max_distance), tracked, {}, options_.threads);
+  track<S, D>(*target_tree_, target_, source_tree_, source_, query_map<S, D>::forward(transform),
+              S(options_.max_distance), tracked, {}, options_.threads);
 }
 
 template <Scalar S, int D>
@@ -100,22 +202,19 @@ void nearest_neighbor_engine<S, D>::find_backward(const map_parts<S, D>& transfo
                                                   std::span<const char> is_wanted) const {
   const S limit = static_cast<S>(options_.max_distance);
   if (transform.is_rigid) {
-    // Distances are the same on the other side, where the tree is.
-    const Eigen::Matrix<S, D, D> back = transform.linear.transpose();
-    return track<S, D>(
-        *source_tree_, source_, target_.size(),
-        [&](index_t t) { return point_vector<S, D>{back * (target_[t] - transform.translation)}; },
-        // Rounding on that side must not lose what is just within the limit.
-        limit * S(1.001), tracked, is_wanted, options_.threads);
+    // Distances are the same on the other side, where the tree is. Rounding on that side must not
+    // lose what is just within the limit.
+    return track<S, D>(*source_tree_, source_, target_tree_, target_,
+                       query_map<S, D>::backward(transform), limit * S(1.001), tracked, is_wanted,
+                       options_.threads);
   }
   point_matrix<S, D> moved(source_.dimension(), source_.size());
   for (index_t s = 0; s < source_.size(); ++s) moved.col(s) = transform(source_[s]);
   tracked.is_known = false;
   const kd_tree<S, D> tree{moved, {.threads = options_.threads}};
-  track<S, D>(
-      tree, points_view<S, D>{points_in(moved)}, target_.size(),
-      [&](index_t t) { return point_vector<S, D>{target_[t]}; }, limit, tracked, is_wanted,
-      options_.threads);
+  track<S, D>(tree, points_view<S, D>{points_in(moved)}, target_tree_, target_,
+              query_map<S, D>::identity(source_.dimension()), limit, tracked, is_wanted,
+              options_.threads);
 }
 
 template <Scalar S, int D>

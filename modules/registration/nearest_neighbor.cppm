@@ -26,14 +26,16 @@ struct map_parts {
   }
 };
 
-/// What a search has found for each query, and until when that holds.
+/// What a search has found for each query, and until when that holds. In two and three dimensions
+/// the first three are in the order of the queries' own tree, block by block.
 template <Scalar S>
 struct tracked_queries {
   bool is_known = false;
-  buffer<S> places;              ///< `Dim × N`: where each query was when it was last searched for.
-  buffer<std::int32_t> nearest;  ///< −1: none.
-  buffer<S> others;     ///< From there to any point but the nearest it is at least that far.
-  buffer<S> distances;  ///< To the nearest, now.
+  buffer<S> places;           ///< Where each query was when it was last searched for.
+  buffer<S> others;           ///< From there to any point but the nearest it is at least that far.
+  buffer<std::int32_t> held;  ///< The nearest then; −1: none.
+  buffer<std::int32_t> nearest;  ///< By the index of the query; −1: none.
+  buffer<S> distances;           ///< To the nearest, now; by the index of the query.
 };
 
 /// What a `nearest_neighbor_searcher` remembers between the searches of a loop. Belongs to the
@@ -61,7 +63,7 @@ class nearest_neighbor_engine {
 
   points_view<S, D> target_, source_;
   correspondence_options options_;
-  std::optional<kd_tree<S, D>> target_tree_, source_tree_;
+  std::optional<kd_tree<S, D>> target_tree_, source_tree_;  ///< Both, where queries go by blocks.
 };
 
 /// For every source point the nearest target point, or the other way round, or both; which pairs

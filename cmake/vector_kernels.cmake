@@ -2,6 +2,7 @@
 # at run time. Why: docs/decisions/0017-vector-kernels.md
 set(cilantro_vector_kernels
   modules/geometry/plane_fit.cpp
+  modules/geometry/voxel_keys.cpp
   modules/registration/plane_equations.cpp
   modules/registration/track.cpp
   modules/search/block_search.cpp)

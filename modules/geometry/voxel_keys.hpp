@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+//
+// Which cell of a grid points are in, compiled for each vector target. Internal.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/vector_kernels.hpp"
+
+namespace cilantro::detail {
+
+inline constexpr int most_key_axes = 3;
+
+/// A grid of up to three axes, whose cells are within ±2³¹ and take 32 bits together.
+struct key_layout {
+  int axes;
+  double origin[most_key_axes], edges[most_key_axes];
+  std::int32_t low[most_key_axes];  ///< The first cell along each axis.
+  int bits[most_key_axes];          ///< Of the cells from there on.
+};
+
+/// A point by its key, as it is sorted.
+struct keyed_index {
+  std::uint32_t key;
+  std::int32_t index;
+};
+
+/// The keys of `count` of `points`, which are `stride` scalars apart; their order is that of the
+/// cells, the first axis being the most significant.
+template <class S>
+using voxel_keys = void(const S* points, std::ptrdiff_t stride, const std::int32_t* indices,
+                        std::ptrdiff_t count, const key_layout& layout, keyed_index* out);
+
+#define CILANTRO_DECLARE(target)  \
+  namespace target {              \
+  template <class S>              \
+  voxel_keys<S>* voxel_keys_in(); \
+  }
+CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_DECLARE)
+#undef CILANTRO_DECLARE
+
+}  // namespace cilantro::detail

@@ -1,6 +1,7 @@
 # The units that are compiled once for each set of vector instructions, of which the library chooses
 # at run time. Why: docs/decisions/0017-vector-kernels.md
 set(cilantro_vector_kernels
+  modules/clustering/nearest_centers.cpp
   modules/geometry/plane_fit.cpp
   modules/geometry/voxel_keys.cpp
   modules/registration/plane_equations.cpp

@@ -11,6 +11,7 @@ module;
 #include <utility>
 #include <vector>
 
+#include "clustering/nearest_centers.hpp"
 #include "core/closed_spaces.hpp"
 module cilantro.clustering;
 
@@ -19,12 +20,21 @@ namespace {
 
 using label = clusters::label;
 
-/// The two centres nearest to a point, by a tree where that is faster than looking at all of them.
+template <Scalar S, int D>
+detail::nearest_centers<S>& centers_kernel() {
+#define CILANTRO_ENTRY(target) detail::target::nearest_centers_in<S, D>(),
+  static detail::nearest_centers<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
+#undef CILANTRO_ENTRY
+  return *all[static_cast<int>(current_vector_target())];
+}
+
+/// The two centres nearest to a point: by a vector kernel, or by a tree where that is faster than
+/// looking at all of them.
 template <Scalar S, int D, class M>
 class centroid_search {
  public:
   explicit centroid_search(points_view<S, D> centroids) : centroids_{centroids} {
-    if (centroids.size() > 12 && centroids.dimension() <= 12)
+    if (!is_for_kernel() && centroids.size() > 12 && centroids.dimension() <= 12)
       tree_.emplace(centroids, M{}, kd_tree_options{.max_leaf_size = 4, .threads = 1});
   }
 
@@ -51,11 +61,34 @@ class centroid_search {
     }
     return {best.nearest, M::distance(best.first), M::distance(best.second)};
   }
+  /// The same for those of `points` with the given indices.
+  void find(points_view<S, D> points, std::span<const std::int32_t> indices,
+            std::vector<result>& out) const {
+    out.resize(indices.size());
+    if constexpr (has_kernel) {
+      if (is_for_kernel()) {
+        std::array<label, default_block_size> nearest;
+        std::array<S, default_block_size> first, second;
+        centers_kernel<S, D>()(points.data(), points.stride(), indices.data(), std::ssize(indices),
+                               centroids_.data(), centroids_.size(), nearest.data(), first.data(),
+                               second.data());
+        for (std::size_t i = 0; i < indices.size(); ++i)
+          out[i] = {nearest[i], M::distance(first[i]), M::distance(second[i])};
+        return;
+      }
+    }
+    for (std::size_t i = 0; i < indices.size(); ++i)
+      out[i] = find(points.data() + indices[i] * points.stride());
+  }
   [[nodiscard]] S distance(const S* point, index_t c) const {
     return M::distance(sum_to(point, c));
   }
 
  private:
+  static constexpr bool has_kernel = std::same_as<M, euclidean> && D != dynamic;
+  [[nodiscard]] bool is_for_kernel() const {
+    return has_kernel && centroids_.size() <= detail::most_centers;
+  }
   [[nodiscard]] S sum_to(const S* point, index_t c) const {
     return metric_sum(M{}, point, centroids_.data() + c * centroids_.stride(),
                       D == dynamic ? centroids_.dimension() : index_t{D});
@@ -186,22 +219,30 @@ bool kmeans_run<S, D, M>::assign() {
   parallel_blocks(usable(), default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
     index_t& count = evaluations[static_cast<std::size_t>(b)];
     auto& changes = touched[static_cast<std::size_t>(b)];
+    std::vector<std::int32_t> doubtful;
     for (index_t f = begin; f < end; ++f) {
-      const auto i = static_cast<std::size_t>(finite_[static_cast<std::size_t>(f)]);
-      label& own = labels_[i];
-      if (own >= 0) {
+      const std::int32_t point = finite_[static_cast<std::size_t>(f)];
+      const auto i = static_cast<std::size_t>(point);
+      if (const label own = labels_[i]; own >= 0) {
         const auto c = static_cast<std::size_t>(own);
         lower_[i] -= farthest_move;
         upper_[i] += moved_[c];
         const S others = std::max(lower_[i], half[c]);
         if (is_safe(upper_[i], others)) continue;
-        upper_[i] = search.distance(at(index_t(i)), own);
+        upper_[i] = search.distance(at(point), own);
         if (is_safe(upper_[i], others)) continue;
       }
-      ++count;
-      const auto [nearest, first, second] = search.find(at(index_t(i)));
+      doubtful.push_back(point);
+    }
+    count += std::ssize(doubtful);
+    std::vector<typename centroid_search<S, D, M>::result> found;
+    search.find(points_, doubtful, found);
+    for (std::size_t f = 0; f < doubtful.size(); ++f) {
+      const auto i = static_cast<std::size_t>(doubtful[f]);
+      const auto [nearest, first, second] = found[f];
       upper_[i] = first;
       lower_[i] = second;
+      label& own = labels_[i];
       if (nearest == own) continue;
       changes.push_back(own);
       changes.push_back(nearest);

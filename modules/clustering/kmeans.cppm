@@ -85,7 +85,8 @@ template <CoordinateMetric M, PointsOrCloud P>
 /// Throws `invalid_input` unless there are k finite points and k is at least 1, and for options
 /// that are negative; `cancelled`.
 /// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly
-/// 2010, "Making k-means even faster", and the two nearest centres come from a kd-tree.
+/// 2010, "Making k-means even faster". The two nearest centres come from a look at all of them,
+/// many points at a time, or from a kd-tree where there are many centres.
 export template <PointsOrCloud P>
 [[nodiscard]] auto kmeans(const P& points, index_t k, const kmeans_options& options = {}) {
   return kmeans_by<euclidean>(points, k, {}, options);

@@ -1,5 +1,8 @@
 #!/usr/bin/env bash
-# Builds the benchmarks and runs all libraries on the same data: scripts/benchmark.sh [THREADS [FILTER]]
+# Builds the benchmarks and runs all libraries on the same data:
+#
+#   scripts/benchmark.sh [THREADS [FILTER [--json FILE] [--svg FILE]]]
+#
 # PCL and Open3D take part where they are installed (libpcl-dev, libopen3d-dev).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -27,4 +30,4 @@ for round in 1 2 3; do
       --benchmark_out_format=json --benchmark_out="$CILANTRO_BENCHMARK_DATA/$name.$round.json" > /dev/null
   done
 done
-python3 benchmarks/compare.py $CILANTRO_BENCHMARK_DATA "$threads"
+python3 -B benchmarks/compare.py $CILANTRO_BENCHMARK_DATA "$threads" "${@:3}"

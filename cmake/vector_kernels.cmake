@@ -2,8 +2,10 @@
 # at run time. Why: docs/decisions/0017-vector-kernels.md
 set(cilantro_vector_kernels
   modules/clustering/nearest_centers.cpp
+  modules/geometry/group_means.cpp
   modules/geometry/plane_fit.cpp
   modules/geometry/voxel_keys.cpp
+  modules/model/plane_scores.cpp
   modules/registration/plane_equations.cpp
   modules/registration/track.cpp
   modules/search/block_search.cpp)

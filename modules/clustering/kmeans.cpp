@@ -6,6 +6,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -21,11 +22,17 @@ namespace {
 using label = clusters::label;
 
 template <Scalar S, int D>
-detail::nearest_centers<S>& centers_kernel() {
-#define CILANTRO_ENTRY(target) detail::target::nearest_centers_in<S, D>(),
-  static detail::nearest_centers<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
+struct centers_kernels {
+  detail::nearest_centers<S>* nearest;
+  detail::doubtful_points<S>* doubtful;
+};
+template <Scalar S, int D>
+const centers_kernels<S, D>& kernels() {
+#define CILANTRO_ENTRY(target) \
+  {detail::target::nearest_centers_in<S, D>(), detail::target::doubtful_points_in<S, D>()},
+  static const centers_kernels<S, D> all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
 #undef CILANTRO_ENTRY
-  return *all[static_cast<int>(current_vector_target())];
+  return all[static_cast<int>(current_vector_target())];
 }
 
 /// The two centres nearest to a point: by a vector kernel, or by a tree where that is faster than
@@ -34,6 +41,12 @@ template <Scalar S, int D, class M>
 class centroid_search {
  public:
   explicit centroid_search(points_view<S, D> centroids) : centroids_{centroids} {
+    if (has_kernel) {
+      constexpr index_t unit = detail::center_row_unit;
+      rows_.setConstant(D, (centroids.size() + unit - 1) / unit * unit,
+                        std::numeric_limits<S>::infinity());
+      rows_.leftCols(centroids.size()) = centroids.matrix();
+    }
     if (!is_for_kernel() && centroids.size() > 12 && centroids.dimension() <= 12)
       tree_.emplace(centroids, M{}, kd_tree_options{.max_leaf_size = 4, .threads = 1});
   }
@@ -69,11 +82,9 @@ class centroid_search {
       if (is_for_kernel()) {
         std::array<label, default_block_size> nearest;
         std::array<S, default_block_size> first, second;
-        centers_kernel<S, D>()(points.data(), points.stride(), indices.data(), std::ssize(indices),
-                               centroids_.data(), centroids_.size(), nearest.data(), first.data(),
-                               second.data());
-        for (std::size_t i = 0; i < indices.size(); ++i)
-          out[i] = {nearest[i], M::distance(first[i]), M::distance(second[i])};
+        kernels<S, D>().nearest(points.data(), points.stride(), indices.data(), std::ssize(indices),
+                                in_rows(), nearest.data(), first.data(), second.data());
+        for (std::size_t i = 0; i < indices.size(); ++i) out[i] = {nearest[i], first[i], second[i]};
         return;
       }
     }
@@ -82,6 +93,29 @@ class centroid_search {
   }
   [[nodiscard]] S distance(const S* point, index_t c) const {
     return M::distance(sum_to(point, c));
+  }
+  /// Brings two bounds of such points, whose centres are `own`, up to date; the places in the list
+  /// of those that may have another centre now.
+  [[nodiscard]] std::span<const std::int32_t> doubtful(points_view<S, D> points,
+                                                       std::span<const std::int32_t> indices,
+                                                       const detail::moved_centers<S>& centers,
+                                                       const label* own, S* upper, S* lower,
+                                                       std::span<std::int32_t> room) const {
+    if constexpr (has_kernel)
+      return room.first(static_cast<std::size_t>(kernels<S, D>().doubtful(
+          points.data(), points.stride(), indices.data(), std::ssize(indices), in_rows(), centers,
+          own, upper, lower, room.data())));
+    const S more = 1 + centers.slack, less = 1 - centers.slack;
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      lower[i] -= centers.farthest;
+      upper[i] += centers.moves[own[i]];
+      const S limit = std::max(lower[i], centers.halves[own[i]]) * less;
+      if (upper[i] * more < limit) continue;
+      upper[i] = distance(points.data() + indices[i] * points.stride(), own[i]);
+      if (!(upper[i] * more < limit)) room[found++] = static_cast<std::int32_t>(i);
+    }
+    return room.first(found);
   }
 
  private:
@@ -94,7 +128,12 @@ class centroid_search {
                       D == dynamic ? centroids_.dimension() : index_t{D});
   }
 
+  [[nodiscard]] detail::center_rows<S> in_rows() const {
+    return {rows_.data(), rows_.cols(), centroids_.size()};
+  }
+
   points_view<S, D> centroids_;
+  Eigen::Matrix<S, dynamic, dynamic, Eigen::RowMajor> rows_;  ///< The same for kernels.
   std::optional<kd_tree<S, D, M>> tree_;
 };
 
@@ -106,13 +145,13 @@ class kmeans_run {
   kmeans_run(points_view<S, D> points, const kmeans_options& options)
       : points_{points},
         how_{options.threads, {{}, options.monitor.stop}},
-        largest_{largest_searchable_coordinate<S>(points.dimension())},
-        labels_(size(), clusters::none),
-        upper_(size()),
-        lower_(size()) {
+        largest_{largest_searchable_coordinate<S>(points.dimension())} {
     for (index_t i = 0; i < points.size(); ++i)
       if (is_searchable(at(i), points.dimension(), largest_))
         finite_.push_back(static_cast<std::int32_t>(i));
+    labels_.resize(finite_.size(), clusters::none);
+    upper_.resize(finite_.size());
+    lower_.resize(finite_.size());
   }
 
   [[nodiscard]] index_t usable() const { return std::ssize(finite_); }
@@ -131,28 +170,28 @@ class kmeans_run {
   [[nodiscard]] kmeans_result<S, D, M> result();
 
  private:
-  [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(points_.size()); }
   [[nodiscard]] const S* at(index_t i) const { return points_.data() + i * points_.stride(); }
+  [[nodiscard]] const S* usable_at(std::size_t f) const { return at(finite_[f]); }
   /// What a distance adds to the inertia.
   static double cost(S distance) { return double(M::sum(distance)); }
 
   bool assign();
-  void group();
   void update();
-  point_vector<S, D> center_of(label c) const;
+  void find_centers();
+  void find_means();
+  void find_medians();
   void fill_empty();
 
   points_view<S, D> points_;
   execution how_;
   S largest_;
-  std::vector<std::int32_t> finite_;
-  point_matrix<S, D> centroids_;
+  std::vector<std::int32_t> finite_;  ///< The points that count; what follows is of these.
   std::vector<label> labels_;
   std::vector<S> upper_, lower_;
+  point_matrix<S, D> centroids_;
   std::vector<S> moved_;             ///< How far each centre has moved since the last assignment.
   std::vector<std::uint8_t> dirty_;  ///< The centres whose points have changed.
-  std::vector<index_t> offsets_;
-  std::vector<std::int32_t> members_;
+  std::vector<index_t> count_;       ///< The members of each centre.
   int iterations_ = 0;
   bool converged_ = false;
   index_t evaluations_ = 0;
@@ -211,38 +250,35 @@ bool kmeans_run<S, D, M>::assign() {
   // What all roundings of distances, and of bounds carried on from iteration to iteration, allow.
   const S slack = std::numeric_limits<S>::epsilon() *
                   S(32 + 2 * points_.dimension() + 4 * index_t{iterations_});
-  const auto is_safe = [&](S upper, S lower) { return upper * (1 + slack) < lower * (1 - slack); };
+  const detail::moved_centers<S> centers{moved_.data(), half.data(), farthest_move, slack};
 
   std::vector<std::vector<label>> touched(
       static_cast<std::size_t>((usable() + default_block_size - 1) / default_block_size));
   std::vector<index_t> evaluations(touched.size());
   parallel_blocks(usable(), default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
-    index_t& count = evaluations[static_cast<std::size_t>(b)];
-    auto& changes = touched[static_cast<std::size_t>(b)];
-    std::vector<std::int32_t> doubtful;
-    for (index_t f = begin; f < end; ++f) {
-      const std::int32_t point = finite_[static_cast<std::size_t>(f)];
-      const auto i = static_cast<std::size_t>(point);
-      if (const label own = labels_[i]; own >= 0) {
-        const auto c = static_cast<std::size_t>(own);
-        lower_[i] -= farthest_move;
-        upper_[i] += moved_[c];
-        const S others = std::max(lower_[i], half[c]);
-        if (is_safe(upper_[i], others)) continue;
-        upper_[i] = search.distance(at(point), own);
-        if (is_safe(upper_[i], others)) continue;
-      }
-      doubtful.push_back(point);
+    const auto first = static_cast<std::size_t>(begin);
+    const auto block = std::span{finite_}.subspan(first, static_cast<std::size_t>(end - begin));
+    std::array<std::int32_t, default_block_size> room, some;
+    std::span<const std::int32_t> doubtful;
+    if (moved_.empty()) {
+      std::iota(room.begin(), room.end(), 0);
+      doubtful = std::span{room}.first(block.size());
+    } else {
+      doubtful = search.doubtful(points_, block, centers, labels_.data() + begin,
+                                 upper_.data() + begin, lower_.data() + begin, room);
     }
-    count += std::ssize(doubtful);
+    for (std::size_t k = 0; k < doubtful.size(); ++k)
+      some[k] = block[static_cast<std::size_t>(doubtful[k])];
     std::vector<typename centroid_search<S, D, M>::result> found;
-    search.find(points_, doubtful, found);
-    for (std::size_t f = 0; f < doubtful.size(); ++f) {
-      const auto i = static_cast<std::size_t>(doubtful[f]);
-      const auto [nearest, first, second] = found[f];
-      upper_[i] = first;
-      lower_[i] = second;
-      label& own = labels_[i];
+    search.find(points_, std::span{some}.first(doubtful.size()), found);
+    evaluations[static_cast<std::size_t>(b)] = std::ssize(doubtful);
+    auto& changes = touched[static_cast<std::size_t>(b)];
+    for (std::size_t k = 0; k < doubtful.size(); ++k) {
+      const auto f = first + static_cast<std::size_t>(doubtful[k]);
+      const auto& [nearest, to_nearest, to_second] = found[k];
+      upper_[f] = to_nearest;
+      lower_[f] = to_second;
+      label& own = labels_[f];
       if (nearest == own) continue;
       changes.push_back(own);
       changes.push_back(nearest);
@@ -257,54 +293,10 @@ bool kmeans_run<S, D, M>::assign() {
   return std::ranges::any_of(dirty_, [](auto is_dirty) { return is_dirty != 0; });
 }
 
-/// The points of each centre, one centre behind the other.
-template <Scalar S, int D, class M>
-void kmeans_run<S, D, M>::group() {
-  offsets_.assign(static_cast<std::size_t>(centroids_.cols()) + 1, 0);
-  for (const auto i : finite_)
-    ++offsets_[static_cast<std::size_t>(labels_[static_cast<std::size_t>(i)]) + 1];
-  for (std::size_t c = 1; c < offsets_.size(); ++c) offsets_[c] += offsets_[c - 1];
-  members_.resize(finite_.size());
-  std::vector<index_t> next(offsets_.begin(), offsets_.end() - 1);
-  for (const auto i : finite_) {
-    auto& place = next[static_cast<std::size_t>(labels_[static_cast<std::size_t>(i)])];
-    members_[static_cast<std::size_t>(place++)] = i;
-  }
-}
-
-/// The mean of the points of a centre, or for L1 their median; a function of these points alone.
-template <Scalar S, int D, class M>
-point_vector<S, D> kmeans_run<S, D, M>::center_of(label c) const {
-  const auto begin = members_.begin() + offsets_[static_cast<std::size_t>(c)];
-  const auto end = members_.begin() + offsets_[static_cast<std::size_t>(c) + 1];
-  point_vector<S, D> center(points_.dimension());
-  if constexpr (std::same_as<M, manhattan>) {
-    std::vector<S> values;
-    for (index_t d = 0; d < center.size(); ++d) {
-      values.clear();
-      for (auto i = begin; i < end; ++i) values.push_back(at(*i)[d]);
-      const auto middle = values.begin() + (std::ssize(values) - 1) / 2;
-      std::ranges::nth_element(values, middle);
-      center[d] = *middle;
-    }
-  } else {
-    const point_vector<double, D> base = points_[*begin].template cast<double>();
-    point_vector<double, D> sum = point_vector<double, D>::Zero(base.size());
-    for (auto i = begin; i < end; ++i) sum += points_[*i].template cast<double>() - base;
-    center = (base + sum / double(end - begin)).template cast<S>();
-  }
-  return center;
-}
-
 template <Scalar S, int D, class M>
 void kmeans_run<S, D, M>::update() {
   const point_matrix<S, D> before = centroids_;
-  group();
-  parallel_blocks(centroids_.cols(), 1, how_, [&](index_t c, index_t, index_t) {
-    const auto at = static_cast<std::size_t>(c);
-    if (dirty_[at] && offsets_[at] < offsets_[at + 1])
-      centroids_.col(c) = center_of(static_cast<label>(c));
-  });
+  find_centers();
   fill_empty();
   moved_.resize(static_cast<std::size_t>(centroids_.cols()));
   for (index_t c = 0; c < centroids_.cols(); ++c)
@@ -312,43 +304,114 @@ void kmeans_run<S, D, M>::update() {
         metric_sum(M{}, before.col(c).data(), centroids_.col(c).data(), centroids_.rows()));
 }
 
+/// Centres whose points have changed move to where they belong, by a function of these points and
+/// of where the centre was.
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::find_centers() {
+  if constexpr (std::same_as<M, manhattan>)
+    find_medians();
+  else
+    find_means();
+}
+
+/// In blocks, since a sum must not depend on the number of threads, and few enough for all their
+/// sums to be small beside the points. Relative to where the centre was, to keep digits far from
+/// the origin.
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::find_means() {
+  const index_t k = centroids_.cols(), dimension = centroids_.rows();
+  const index_t block_size = std::max<index_t>(16 * default_block_size, 8 * k);
+  const index_t blocks = (usable() + block_size - 1) / block_size;
+  std::vector<point_matrix<double, D>> sums(static_cast<std::size_t>(blocks));
+  std::vector<std::vector<index_t>> counts(sums.size());
+  const point_matrix<double, D> base = centroids_.template cast<double>();
+  parallel_blocks(usable(), block_size, how_, [&](index_t b, index_t begin, index_t end) {
+    auto& sum = sums[static_cast<std::size_t>(b)];
+    auto& count = counts[static_cast<std::size_t>(b)];
+    sum.setZero(dimension, k);
+    count.resize(static_cast<std::size_t>(k));
+    // Neighbours in memory are often of one centre, whose sum then stays in registers.
+    for (auto f = static_cast<std::size_t>(begin); f < static_cast<std::size_t>(end);) {
+      const label own = labels_[f];
+      const auto start = f;
+      if (dirty_[static_cast<std::size_t>(own)]) {
+        point_vector<double, D> part = point_vector<double, D>::Zero(dimension);
+        const point_vector<double, D> from = base.col(own);
+        for (; f < static_cast<std::size_t>(end) && labels_[f] == own; ++f)
+          part += points_[finite_[f]].template cast<double>() - from;
+        sum.col(own) += part;
+      } else {
+        while (f < static_cast<std::size_t>(end) && labels_[f] == own) ++f;
+      }
+      count[static_cast<std::size_t>(own)] += static_cast<index_t>(f - start);
+    }
+  });
+  count_.assign(static_cast<std::size_t>(k), 0);
+  point_matrix<double, D> total = point_matrix<double, D>::Zero(dimension, k);
+  for (std::size_t b = 0; b < sums.size(); ++b) {
+    total += sums[b];
+    for (std::size_t c = 0; c < count_.size(); ++c) count_[c] += counts[b][c];
+  }
+  for (index_t c = 0; c < k; ++c)
+    if (const auto at = static_cast<std::size_t>(c); dirty_[at] && count_[at] > 0)
+      centroids_.col(c) = (base.col(c) + total.col(c) / double(count_[at])).template cast<S>();
+}
+
+template <Scalar S, int D, class M>
+void kmeans_run<S, D, M>::find_medians() {
+  std::vector<index_t> offsets(static_cast<std::size_t>(centroids_.cols()) + 1);
+  for (const label own : labels_) ++offsets[static_cast<std::size_t>(own) + 1];
+  count_.assign(offsets.begin() + 1, offsets.end());
+  for (std::size_t c = 1; c < offsets.size(); ++c) offsets[c] += offsets[c - 1];
+  std::vector<std::int32_t> members(finite_.size());
+  std::vector<index_t> next(offsets.begin(), offsets.end() - 1);
+  for (std::size_t f = 0; f < finite_.size(); ++f)
+    members[static_cast<std::size_t>(next[static_cast<std::size_t>(labels_[f])]++)] = finite_[f];
+  parallel_blocks(centroids_.cols(), 1, how_, [&](index_t c, index_t, index_t) {
+    const auto own = static_cast<std::size_t>(c);
+    if (!dirty_[own] || count_[own] == 0) return;
+    std::vector<S> values;
+    for (index_t d = 0; d < centroids_.rows(); ++d) {
+      values.clear();
+      for (index_t m = offsets[own]; m < offsets[own + 1]; ++m)
+        values.push_back(at(members[static_cast<std::size_t>(m)])[d]);
+      const auto middle = values.begin() + (std::ssize(values) - 1) / 2;
+      std::ranges::nth_element(values, middle);
+      centroids_(d, c) = *middle;
+    }
+  });
+}
+
 template <Scalar S, int D, class M>
 void kmeans_run<S, D, M>::fill_empty() {
-  std::vector<label> empty;
-  for (std::size_t c = 0; c + 1 < offsets_.size(); ++c)
-    if (offsets_[c] == offsets_[c + 1]) empty.push_back(static_cast<label>(c));
-  if (empty.empty()) return;
-  std::vector<index_t> count;
-  for (std::size_t c = 0; c + 1 < offsets_.size(); ++c)
-    count.push_back(offsets_[c + 1] - offsets_[c]);
-  std::vector<neighbor<S>> far(finite_.size());
+  if (std::ranges::find(count_, 0) == count_.end()) return;
+  std::vector<neighbor<S>> far(finite_.size());  // The index is a place in the list.
   const centroid_search<S, D, M> search{as_points(centroids_)};
   parallel_for(usable(), how_, [&](index_t f) {
-    const index_t i = finite_[static_cast<std::size_t>(f)];
-    far[static_cast<std::size_t>(f)] = {
-        i, search.distance(at(i), labels_[static_cast<std::size_t>(i)])};
+    const auto at = static_cast<std::size_t>(f);
+    far[at] = {f, search.distance(usable_at(at), labels_[at])};
   });
   std::ranges::sort(far, [](const auto& a, const auto& b) {
     return std::pair{-a.distance, a.index} < std::pair{-b.distance, b.index};
   });
   auto next = far.begin();
-  for (const label c : empty) {
-    while (next != far.end() &&
-           count[static_cast<std::size_t>(labels_[static_cast<std::size_t>(next->index)])] < 2)
-      ++next;
+  for (std::size_t c = 0; c < count_.size(); ++c) {
+    if (count_[c] > 0) continue;
+    const auto donor = [&](const auto& one) {
+      return static_cast<std::size_t>(labels_[static_cast<std::size_t>(one.index)]);
+    };
+    while (next != far.end() && count_[donor(*next)] < 2) ++next;
     if (next == far.end() || !(next->distance > 0)) break;
-    const auto i = static_cast<std::size_t>(next++->index);
-    --count[static_cast<std::size_t>(labels_[i])];
-    ++count[static_cast<std::size_t>(c)];
-    labels_[i] = c;
-    lower_[i] = upper_[i] = 0;
-    centroids_.col(c) = points_[index_t(i)];
+    --count_[donor(*next)];
+    dirty_[donor(*next)] = dirty_[c] = 1;
+    ++count_[c];
+    const auto f = static_cast<std::size_t>(next++->index);
+    labels_[f] = static_cast<label>(c);
+    lower_[f] = upper_[f] = 0;
+    centroids_.col(static_cast<index_t>(c)) = points_[finite_[f]];
   }
   // Those that have given a point away have another centre now.
-  group();
-  for (label c = 0; c < centroids_.cols(); ++c)
-    if (offsets_[static_cast<std::size_t>(c)] < offsets_[static_cast<std::size_t>(c) + 1])
-      centroids_.col(c) = center_of(c);
+  find_centers();
 }
 
 template <Scalar S, int D, class M>
@@ -369,14 +432,17 @@ template <Scalar S, int D, class M>
 kmeans_result<S, D, M> kmeans_run<S, D, M>::result() {
   const centroid_search<S, D, M> search{as_points(centroids_)};
   const double inertia = ordered_sum(usable(), how_, 0.0, [&](double& sum, index_t f) {
-    const index_t i = finite_[static_cast<std::size_t>(f)];
-    sum += cost(search.distance(at(i), labels_[static_cast<std::size_t>(i)]));
+    const auto at = static_cast<std::size_t>(f);
+    sum += cost(search.distance(usable_at(at), labels_[at]));
   });
-  kmeans_result<S, D, M> found{clusters{labels_}, {},         inertia,
-                               iterations_,       converged_, evaluations_};
+  std::vector<label> labels(static_cast<std::size_t>(points_.size()), clusters::none);
+  for (std::size_t f = 0; f < finite_.size(); ++f)
+    labels[static_cast<std::size_t>(finite_[f])] = labels_[f];
+  kmeans_result<S, D, M> found{clusters{labels}, {},         inertia,
+                               iterations_,      converged_, evaluations_};
   found.centroids.resize(centroids_.rows(), found.size());
   for (index_t c = 0; c < found.size(); ++c)
-    found.centroids.col(c) = centroids_.col(labels_[static_cast<std::size_t>(found[c].front())]);
+    found.centroids.col(c) = centroids_.col(labels[static_cast<std::size_t>(found[c].front())]);
   return found;
 }
 

@@ -45,6 +45,22 @@ CILANTRO_ALWAYS_INLINE To convert(From v) {
   return __builtin_convertvector(v, To);
 }
 
+/// Sixteen points of three packed coordinates, an axis each.
+template <class S>
+CILANTRO_ALWAYS_INLINE void load_by_axis(const S* points, vec<S, width>* axes) {
+  using all = vec<S, width>;
+  const all a = load<all>(points), b = load<all>(points + width), c = load<all>(points + 2 * width);
+  const all x =
+      __builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, 18, 21, 24, 27, 30, -1, -1, -1, -1, -1);
+  const all y =
+      __builtin_shufflevector(a, b, 1, 4, 7, 10, 13, 16, 19, 22, 25, 28, 31, -1, -1, -1, -1, -1);
+  const all z =
+      __builtin_shufflevector(a, b, 2, 5, 8, 11, 14, 17, 20, 23, 26, 29, -1, -1, -1, -1, -1, -1);
+  axes[0] = __builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29);
+  axes[1] = __builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30);
+  axes[2] = __builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31);
+}
+
 /// Lane i of a comparison as bit i.
 template <class Comparison>
 CILANTRO_ALWAYS_INLINE unsigned bits(Comparison c) {

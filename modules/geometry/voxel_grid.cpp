@@ -1,97 +1,232 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <numeric>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "core/closed_spaces.hpp"
+#include "geometry/group_means.hpp"
 #include "geometry/voxel_keys.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
 namespace {
 
-template <class Key>
-struct keyed_point {
-  Key key;
-  std::int32_t index;
-};
-/// What the kernels write.
-template <class Key>
-using sorted_point =
-    std::conditional_t<std::same_as<Key, std::uint32_t>, detail::keyed_index, keyed_point<Key>>;
-
-/// Sorts by key, keeping the order of equal keys. Only the lowest `bits` of the keys are looked at,
-/// in as few rounds as digits that count in a first-level cache allow.
-template <class Point>
-void radix_sort(buffer<Point>& points, int bits) {
-  constexpr int most_digit_bits = 11, most_rounds = 6;
-  const int rounds = (bits + most_digit_bits - 1) / most_digit_bits;
-  if (rounds == 0) return;
-  const int digit_bits = (bits + rounds - 1) / rounds;
-  const std::size_t digits = std::size_t{1} << digit_bits;
-  const auto digit = [&](const Point& p, int round) {
-    return static_cast<std::size_t>(p.key >> (round * digit_bits)) & (digits - 1);
-  };
-  std::vector<std::uint32_t> places(digits * most_rounds);
-  for (const Point& p : points)
-    for (int r = 0; r < rounds; ++r) ++places[r * digits + digit(p, r)];
-  buffer<Point> other(points.size());
-  for (int r = 0; r < rounds; ++r) {
-    std::uint32_t* const place = places.data() + r * digits;
-    std::exclusive_scan(place, place + digits, place, std::uint32_t{0});
-    for (const Point& p : points) other[place[digit(p, r)]++] = p;
-    points.swap(other);
-  }
-}
-
-/// Sorts points by a key of up to 64 bits and cuts them where it changes. `write_keys(begin, end,
-/// out)` writes them with their keys.
-template <class Key, class WriteKeys>
-point_groups group_by(index_t points, int bits, index_t min_points, const execution& how,
-                      WriteKeys write_keys) {
-  buffer<sorted_point<Key>> sorted(static_cast<std::size_t>(points));
-  parallel_blocks(points, default_block_size, how, [&](index_t, index_t begin, index_t end) {
-    write_keys(begin, end, sorted.data() + begin);
-  });
-  radix_sort(sorted, bits);
-
-  point_groups groups;
-  groups.members.resize(sorted.size());
-  std::size_t kept = 0;
-  for (std::size_t begin = 0, end; begin < sorted.size(); begin = end) {
-    for (end = begin; end < sorted.size() && sorted[end].key == sorted[begin].key; ++end) {
-    }
-    if (std::cmp_less(end - begin, min_points)) continue;
-    for (std::size_t i = begin; i < end; ++i) groups.members[kept++] = sorted[i].index;
-    groups.offsets.push_back(static_cast<index_t>(kept));
-  }
-  groups.members.resize(kept);
-  return groups;
-}
-
 /// The standard's returns int, or, in some libraries, the type of its argument.
 int bit_width(std::uint64_t value) {
   return static_cast<int>(std::bit_width(value));
 }
 
+/// Consecutive points of one key, which are sorted as one: scans come row by row, so that there are
+/// about half as many of these as points.
+template <class Key>
+struct key_run {
+  Key key;
+  std::int32_t number;  ///< In the order of the points; before that is known, where it ends.
+};
+
+/// Sorts by the lowest `bits` of the keys, keeping the order of equal keys, with `other` as room;
+/// where the result is: in `other` or not.
+template <class Run>
+bool radix_sort(std::span<Run> runs, std::span<Run> other, int bits) {
+  constexpr int most_digit_bits = 11;
+  const int rounds = (bits + most_digit_bits - 1) / most_digit_bits;
+  if (rounds == 0) return false;
+  const int digit_bits = (bits + rounds - 1) / rounds;
+  const std::size_t digits = std::size_t{1} << digit_bits;
+  if (runs.size() < digits / 16) {
+    std::ranges::sort(runs, {}, [](const Run& run) { return std::pair{run.key, run.number}; });
+    return false;
+  }
+  const auto digit = [&](const Run& run, int round) {
+    return static_cast<std::size_t>(run.key >> (round * digit_bits)) & (digits - 1);
+  };
+  std::vector<std::uint32_t> places(digits * static_cast<std::size_t>(rounds));
+  for (const Run& run : runs)
+    for (int r = 0; r < rounds; ++r) ++places[static_cast<std::size_t>(r) * digits + digit(run, r)];
+  for (int r = 0; r < rounds; ++r) {
+    std::uint32_t* const place = places.data() + static_cast<std::size_t>(r) * digits;
+    std::exclusive_scan(place, place + digits, place, std::uint32_t{0});
+    for (const Run& run : runs) other[place[digit(run, r)]++] = run;
+    std::swap(runs, other);
+  }
+  return rounds % 2 != 0;
+}
+
+/// Sorts points into groups by a key of up to 64 bits, of which the lowest `bits` are used.
+///
+/// The highest bits cut the work into parts, which are sorted apart: by several threads, and in the
+/// cache of each.
+template <class Key>
+class key_sorter {
+ public:
+  /// `write_keys(begin, end, out)` writes the keys of some consecutive points.
+  template <class WriteKeys>
+  key_sorter(index_t points, int bits, const execution& how, WriteKeys write_keys) : how_{how} {
+    find_runs(points, write_keys);
+    cut(bits);
+  }
+
+  /// `indices` names the points; those of a group ascend.
+  [[nodiscard]] point_groups groups(std::span<const std::int32_t> indices,
+                                    index_t min_points) const {
+    const std::size_t parts = parts_.size() - 1;
+    std::vector<std::size_t> groups(parts + 1), members(parts + 1);
+    for_each_part([&](std::size_t part) {
+      for (std::size_t r = parts_[part]; r < parts_[part + 1]; ++r) {
+        groups[part + 1] += is_last_of_group(part, r);
+        members[part + 1] += static_cast<std::size_t>(length(r));
+      }
+    });
+    std::partial_sum(groups.begin(), groups.end(), groups.begin());
+    std::partial_sum(members.begin(), members.end(), members.begin());
+    point_groups found;
+    found.offsets.resize(groups.back() + 1);
+    found.members.resize(members.back());
+    for_each_part([&](std::size_t part) {
+      index_t* group = found.offsets.data() + groups[part] + 1;
+      std::int32_t* out = found.members.data() + members[part];
+      const std::int32_t* const end = found.members.data() + members[part + 1];
+      for (std::size_t r = parts_[part]; r < parts_[part + 1]; ++r) {
+        const auto size = length(r);
+        copy_some(indices, static_cast<std::size_t>(starts_[number(r)]), size, out, end);
+        out += size;
+        *group = out - found.members.data();
+        group += is_last_of_group(part, r);
+      }
+    });
+    if (min_points > 1) leave_out_small(found, min_points);
+    return found;
+  }
+
+ private:
+  [[nodiscard]] std::size_t number(std::size_t r) const {
+    return static_cast<std::size_t>(runs_[r].number);
+  }
+  [[nodiscard]] std::int32_t length(std::size_t r) const {
+    return starts_[number(r) + 1] - starts_[number(r)];
+  }
+  [[nodiscard]] bool is_last_of_group(std::size_t part, std::size_t r) const {
+    return r + 1 == parts_[part + 1] || runs_[r + 1].key != runs_[r].key;
+  }
+
+  /// Most runs are short, but nobody can foresee how short: more is copied than needed if there is
+  /// room for it, and overwritten by the next one.
+  static void copy_some(std::span<const std::int32_t> from, std::size_t begin, std::int32_t size,
+                        std::int32_t* out, const std::int32_t* end) {
+    constexpr std::int32_t most = 8;
+    if (size <= most && begin + most <= from.size() && end - out >= most)
+      std::copy_n(from.data() + begin, most, out);
+    else
+      std::copy_n(from.data() + begin, size, out);
+  }
+
+  static void leave_out_small(point_groups& groups, index_t min_points) {
+    std::size_t kept = 0;
+    index_t members = 0;
+    for (index_t g = 0; g < groups.size(); ++g) {
+      const auto all = groups[g];
+      if (std::ssize(all) < min_points) continue;
+      std::ranges::copy(all, groups.members.begin() + members);
+      members += std::ssize(all);
+      // What is overwritten has been looked at.
+      groups.offsets[++kept] = members;
+    }
+    groups.offsets.resize(kept + 1);
+    groups.members.resize(static_cast<std::size_t>(members));
+  }
+
+  template <class WriteKeys>
+  void find_runs(index_t points, WriteKeys write_keys) {
+    const auto blocks = (points + default_block_size - 1) / default_block_size;
+    std::vector<std::size_t> count(static_cast<std::size_t>(blocks));
+    runs_.resize(static_cast<std::size_t>(points));
+    parallel_blocks(points, default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
+      std::array<Key, default_block_size> keys;
+      write_keys(begin, end, keys.data());
+      // Without a branch: where a run ends is nothing that a processor could foresee.
+      key_run<Key>* const out = runs_.data() + begin;
+      std::size_t last = 0;
+      for (index_t i = 0; i < end - begin; ++i) {
+        const Key key = keys[static_cast<std::size_t>(i)];
+        last += key != keys[static_cast<std::size_t>(std::max<index_t>(i, 1) - 1)];
+        out[last] = {key, static_cast<std::int32_t>(begin + i + 1)};
+      }
+      count[static_cast<std::size_t>(b)] = last + 1;
+    });
+    std::size_t total = 0;
+    for (const std::size_t some : count) total += some;
+    starts_.resize(total + 1);
+    starts_[0] = 0;
+    std::size_t number = 0;
+    for (std::size_t b = 0; b < count.size(); ++b) {
+      const key_run<Key>* from = runs_.data() + b * std::size_t{default_block_size};
+      for (std::size_t k = 0; k < count[b]; ++k, ++number) {
+        starts_[number + 1] = from[k].number;
+        runs_[number] = {from[k].key, static_cast<std::int32_t>(number)};
+      }
+    }
+    runs_.resize(total);
+  }
+
+  /// A part is of about a thousand runs where keys are spread evenly.
+  void cut(int bits) {
+    constexpr int most_part_bits = 10, run_bits = 10;
+    const int part_bits =
+        std::clamp(bit_width(runs_.size()) - run_bits, 0, std::min(bits, most_part_bits));
+    const int rest = bits - part_bits;
+    parts_.assign((std::size_t{1} << part_bits) + 1, 0);
+    buffer<key_run<Key>> other(runs_.size());
+    const auto part_of = [&](const key_run<Key>& run) {
+      return part_bits == 0 ? 0 : static_cast<std::size_t>(run.key >> rest);
+    };
+    for (const auto& run : runs_) ++parts_[part_of(run) + 1];
+    for (std::size_t p = 1; p < parts_.size(); ++p) parts_[p] += parts_[p - 1];
+    std::vector<std::size_t> place{parts_.begin(), parts_.end() - 1};
+    for (const auto& run : runs_) other[place[part_of(run)]++] = run;
+    for_each_part([&](std::size_t part) {
+      const auto size = parts_[part + 1] - parts_[part];
+      const auto runs = std::span{runs_}.subspan(parts_[part], size);
+      const auto sorted = std::span{other}.subspan(parts_[part], size);
+      if (!radix_sort(sorted, runs, rest)) std::ranges::copy(sorted, runs.begin());
+    });
+  }
+
+  template <class F>
+  void for_each_part(F f) const {
+    // Few at a time: some hold far more than others.
+    parallel_blocks(std::ssize(parts_) - 1, 4, how_, [&](index_t, index_t begin, index_t end) {
+      for (index_t part = begin; part < end; ++part) f(static_cast<std::size_t>(part));
+    });
+  }
+  const execution& how_;
+  buffer<key_run<Key>> runs_;
+  buffer<std::int32_t> starts_;     ///< The first point of each run, and behind the last one.
+  std::vector<std::size_t> parts_;  ///< Where each part begins, and where the last ends.
+};
+
+auto copy_from(const std::vector<std::uint64_t>& keys) {
+  return [&](index_t begin, index_t end, std::uint64_t* out) {
+    std::copy(keys.begin() + begin, keys.begin() + end, out);
+  };
+}
+
 /// Replaces keys by their rank among the different keys, which needs fewer bits; returns how many.
 int compress(std::vector<std::uint64_t>& keys, int bits) {
-  const auto groups = group_by<std::uint64_t>(
-      std::ssize(keys), bits, 1, {.threads = 1}, [&](index_t begin, index_t end, auto* out) {
-        for (index_t i = begin; i < end; ++i)
-          *out++ = {keys[static_cast<std::size_t>(i)], static_cast<std::int32_t>(i)};
-      });
+  std::vector<std::int32_t> indices(keys.size());
+  std::iota(indices.begin(), indices.end(), 0);
+  const execution how{.threads = 1};
+  const auto groups =
+      key_sorter<std::uint64_t>{std::ssize(keys), bits, how, copy_from(keys)}.groups(indices, 1);
   for (index_t g = 0; g < groups.size(); ++g)
     for (const auto i : groups[g])
       keys[static_cast<std::size_t>(i)] = static_cast<std::uint64_t>(g);
@@ -116,11 +251,17 @@ struct coordinate_range {
 };
 
 template <Scalar S>
-detail::voxel_keys<S>& key_kernel() {
-#define CILANTRO_ENTRY(target) detail::target::voxel_keys_in<S>(),
-  static detail::voxel_keys<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
+struct voxel_kernels {
+  detail::voxel_keys<S>* keys;
+  detail::finite_range<S>* range;
+};
+template <Scalar S>
+const voxel_kernels<S>& key_kernels() {
+#define CILANTRO_ENTRY(target) \
+  {detail::target::voxel_keys_in<S>(), detail::target::finite_range_in<S>()},
+  static const voxel_kernels<S> all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
 #undef CILANTRO_ENTRY
-  return *all[static_cast<int>(current_vector_target())];
+  return all[static_cast<int>(current_vector_target())];
 }
 
 template <Scalar S, int D>
@@ -130,18 +271,7 @@ class cell_sorter {
       : points_{points}, layout_{layout}, how_{how} {
     expects(points.size() <= std::numeric_limits<std::int32_t>::max(),
             "voxel_grid: at most 2^31 - 1 points can be sorted into cells");
-    finite_.resize(static_cast<std::size_t>(points.size()));
-    std::size_t count = 0;
-    for (index_t i = 0; i < points.size(); ++i) {
-      finite_[count] = static_cast<std::int32_t>(i);
-      // What is not finite leaves a difference to itself that is not a number.
-      const S* const p = points.data() + i * points.stride();
-      S difference = 0;
-      for (index_t d = 0; d < dimension(); ++d) difference += p[d] - p[d];
-      count += difference == 0;
-    }
-    finite_.resize(count);
-    find_range();
+    find_finite();
   }
 
   [[nodiscard]] point_groups group(index_t min_points) const {
@@ -166,19 +296,56 @@ class cell_sorter {
            static_cast<std::uint64_t>(low_[static_cast<std::size_t>(d)]);
   }
 
-  void find_range() {
+  /// The finite points, and the cells that they reach.
+  void find_finite() {
     const auto size = static_cast<std::size_t>(dimension());
     low_.resize(size);
     high_.resize(size);
     bits_.resize(size);
-    if (finite_.empty()) return;
+    finite_.resize(static_cast<std::size_t>(points_.size()));
+    struct block {
+      std::size_t count = 0;
+      coordinate_range<S, D> range;
+    };
     const coordinate_range<S, D> none{
         point_vector<S, D>::Constant(dimension(), std::numeric_limits<S>::max()),
         point_vector<S, D>::Constant(dimension(), std::numeric_limits<S>::lowest())};
-    const auto range =
-        ordered_sum(std::ssize(finite_), how_, none, [&](coordinate_range<S, D>& r, index_t i) {
-          r.include(points_.data() + finite_[static_cast<std::size_t>(i)] * points_.stride());
-        });
+    std::vector<block> blocks(
+        static_cast<std::size_t>((points_.size() + default_block_size - 1) / default_block_size),
+        {0, none});
+    parallel_blocks(points_.size(), default_block_size, how_,
+                    [&](index_t b, index_t begin, index_t end) {
+                      block found{0, none};
+                      std::int32_t* const out = finite_.data() + begin;
+                      if (find_range(begin, end, found.range)) {
+                        std::iota(out, out + (end - begin), static_cast<std::int32_t>(begin));
+                        blocks[static_cast<std::size_t>(b)] = {
+                            static_cast<std::size_t>(end - begin), found.range};
+                        return;
+                      }
+                      for (index_t i = begin; i < end; ++i) {
+                        const S* const p = points_.data() + i * points_.stride();
+                        // What is not finite leaves a difference to itself that is not a number.
+                        S difference = 0;
+                        for (index_t d = 0; d < dimension(); ++d) difference += p[d] - p[d];
+                        if (!(difference == 0)) continue;
+                        out[found.count++] = static_cast<std::int32_t>(i);
+                        found.range.include(p);
+                      }
+                      blocks[static_cast<std::size_t>(b)] = found;
+                    });
+    auto range = none;
+    std::size_t count = 0;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      const auto first = b * std::size_t{default_block_size};
+      if (first != count)
+        std::copy_n(finite_.begin() + static_cast<std::ptrdiff_t>(first), blocks[b].count,
+                    finite_.begin() + static_cast<std::ptrdiff_t>(count));
+      count += blocks[b].count;
+      range += blocks[b].range;
+    }
+    finite_.resize(count);
+    if (finite_.empty()) return;
     // Cells ascend with coordinates, so that those of the extremes are the extremes.
     for (std::size_t d = 0; d < size; ++d) {
       const double low = quotient(range.low[index_t(d)], index_t(d)),
@@ -189,6 +356,14 @@ class cell_sorter {
       bits_[d] =
           bit_width(static_cast<std::uint64_t>(high_[d]) - static_cast<std::uint64_t>(low_[d]));
     }
+  }
+
+  /// False if some of the points are not finite, or there is no kernel for them.
+  bool find_range(index_t begin, index_t end, coordinate_range<S, D>& range) const {
+    if (dimension() > detail::most_key_axes || points_.stride() != dimension()) return false;
+    return key_kernels<S>().range(points_.data() + begin * dimension(),
+                                  static_cast<int>(dimension()), end - begin, range.low.data(),
+                                  range.high.data());
   }
 
   [[noreturn]] void refuse() const {
@@ -219,17 +394,16 @@ class cell_sorter {
       layout.low[d] = static_cast<std::int32_t>(low_[at]);
       layout.bits[d] = bits_[at];
     }
-    return group_by<std::uint32_t>(std::ssize(finite_), total, min_points, how_,
-                                   [&](index_t begin, index_t end, detail::keyed_index* out) {
-                                     key_kernel<S>()(points_.data(), points_.stride(),
-                                                     finite_.data() + begin, end - begin, layout,
-                                                     out);
-                                   });
+    return group_by<std::uint32_t>(
+        total, min_points, [&](index_t begin, index_t end, std::uint32_t* out) {
+          key_kernels<S>().keys(points_.data(), points_.stride(), finite_.data() + begin,
+                                end - begin, layout, out);
+        });
   }
 
   [[nodiscard]] point_groups group_packed(int total, index_t min_points) const {
-    return group_by<std::uint64_t>(std::ssize(finite_), total, min_points, how_,
-                                   [&](index_t begin, index_t end, auto* out) {
+    return group_by<std::uint64_t>(total, min_points,
+                                   [&](index_t begin, index_t end, std::uint64_t* out) {
                                      for (index_t i = begin; i < end; ++i) {
                                        std::uint64_t key = 0;
                                        for (index_t d = 0; d < dimension(); ++d) {
@@ -238,7 +412,7 @@ class cell_sorter {
                                          const int bits = bits_[static_cast<std::size_t>(d)];
                                          key = (bits < 64 ? key << bits : 0) | step(i, d);
                                        }
-                                       *out++ = {key, finite_[static_cast<std::size_t>(i)]};
+                                       *out++ = key;
                                      }
                                    });
   }
@@ -258,11 +432,12 @@ class cell_sorter {
         keys[i] = (bits < 64 ? keys[i] << bits : 0) | axis[i];
       used += bits;
     }
-    return group_by<std::uint64_t>(
-        std::ssize(finite_), used, min_points, how_, [&](index_t begin, index_t end, auto* out) {
-          for (index_t i = begin; i < end; ++i)
-            *out++ = {keys[static_cast<std::size_t>(i)], finite_[static_cast<std::size_t>(i)]};
-        });
+    return group_by<std::uint64_t>(used, min_points, copy_from(keys));
+  }
+
+  template <class Key, class WriteKeys>
+  [[nodiscard]] point_groups group_by(int bits, index_t min_points, WriteKeys write_keys) const {
+    return key_sorter<Key>{std::ssize(finite_), bits, how_, write_keys}.groups(finite_, min_points);
   }
 
   points_view<S, D> points_;
@@ -281,19 +456,12 @@ void expect_members(const point_groups& groups, index_t size) {
 /// Groups handed to a thread at a time.
 constexpr index_t group_block_size = 512;
 
-template <Scalar S, int D, class Reduce>
-point_matrix<S, D> per_group(points_view<S, D> values, const point_groups& groups,
-                             const execution& how, Reduce reduce) {
-  expect_members(groups, values.size());
-  point_matrix<S, D> result(values.dimension(), groups.size());
-  parallel_blocks(groups.size(), group_block_size, how, [&](index_t, index_t begin, index_t end) {
-    point_vector<double, D> sum(values.dimension());
-    for (index_t g = begin; g < end; ++g) {
-      reduce(groups[g], sum);
-      result.col(g) = sum.template cast<S>();
-    }
-  });
-  return result;
+template <Scalar S, int D>
+detail::group_means<S>& means_kernel() {
+#define CILANTRO_ENTRY(target) detail::target::group_means_in<S, D>(),
+  static detail::group_means<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
+#undef CILANTRO_ENTRY
+  return *all[static_cast<int>(current_vector_target())];
 }
 
 }  // namespace
@@ -308,26 +476,41 @@ point_groups closed_voxel_groups(points_view<S, D> points, const cell_layout<D>&
 template <Scalar S, int D>
 point_matrix<S, D> closed_group_means(points_view<S, D> values, const point_groups& groups,
                                       const execution& how) {
-  return per_group(values, groups, how, [&](auto members, point_vector<double, D>& sum) {
-    sum.setZero();
+  expect_members(groups, values.size());
+  point_matrix<S, D> means(values.dimension(), groups.size());
+  const auto mean_of_finite = [&](index_t g) {
+    point_vector<double, D> sum = point_vector<double, D>::Zero(values.dimension());
     index_t count = 0;
-    for (const auto i : members) {
-      const point_vector<double, D> value = values[i].template cast<double>();
-      if (!((value - value).sum() == 0)) continue;
-      sum += value;
+    for (const auto i : groups[g]) {
+      if (!is_finite(values[i])) continue;
+      sum += values[i].template cast<double>();
       ++count;
     }
-    sum /= double(count);
+    means.col(g) = (sum / double(count)).template cast<S>();
+  };
+  parallel_blocks(groups.size(), group_block_size, how, [&](index_t, index_t begin, index_t end) {
+    for (index_t g = begin; g < end; ++g) {
+      if constexpr (D == 2 || D == 3) {
+        g += means_kernel<S, D>()({values.data(), values.stride(), values.size(),
+                                   groups.members.data(), groups.offsets.data()},
+                                  g, end - g, means.data() + g * D);
+        if (g == end) return;
+      }
+      mean_of_finite(g);
+    }
   });
+  return means;
 }
 
 template <Scalar S, int D>
 point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const point_groups& groups,
                                            const execution& how) {
-  return per_group(directions, groups, how, [&](auto members, point_vector<double, D>& sum) {
-    sum.setZero();
+  expect_members(groups, directions.size());
+  point_matrix<S, D> means(directions.dimension(), groups.size());
+  const auto mean_of = [&](index_t g) -> point_vector<double, D> {
+    point_vector<double, D> sum = point_vector<double, D>::Zero(directions.dimension());
     index_t first = -1;
-    for (const auto i : members) {
+    for (const auto i : groups[g]) {
       const auto direction = directions[i];
       if (!is_finite(direction) || direction.isZero(0)) continue;
       if (first < 0) first = i;
@@ -338,11 +521,13 @@ point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const p
     }
     const double length = sum.norm();
     // Unit vectors that cancel leave their rounding behind, which is no direction.
-    if (length > 1e-6)
-      sum /= length;
-    else
-      sum.setZero();
+    if (length > 1e-6) return sum / length;
+    return point_vector<double, D>::Zero(sum.size());
+  };
+  parallel_blocks(groups.size(), group_block_size, how, [&](index_t, index_t begin, index_t end) {
+    for (index_t g = begin; g < end; ++g) means.col(g) = mean_of(g).template cast<S>();
   });
+  return means;
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                             \

@@ -20,22 +20,23 @@ struct key_layout {
   int bits[most_key_axes];          ///< Of the cells from there on.
 };
 
-/// A point by its key, as it is sorted.
-struct keyed_index {
-  std::uint32_t key;
-  std::int32_t index;
-};
-
 /// The keys of `count` of `points`, which are `stride` scalars apart; their order is that of the
 /// cells, the first axis being the most significant.
 template <class S>
 using voxel_keys = void(const S* points, std::ptrdiff_t stride, const std::int32_t* indices,
-                        std::ptrdiff_t count, const key_layout& layout, keyed_index* out);
+                        std::ptrdiff_t count, const key_layout& layout, std::uint32_t* out);
 
-#define CILANTRO_DECLARE(target)  \
-  namespace target {              \
-  template <class S>              \
-  voxel_keys<S>* voxel_keys_in(); \
+/// The least and the largest coordinate of `count` packed points along each of up to three axes;
+/// false, and nothing written, if one is not finite.
+template <class S>
+using finite_range = bool(const S* points, int axes, std::ptrdiff_t count, S* low, S* high);
+
+#define CILANTRO_DECLARE(target)      \
+  namespace target {                  \
+  template <class S>                  \
+  voxel_keys<S>* voxel_keys_in();     \
+  template <class S>                  \
+  finite_range<S>* finite_range_in(); \
   }
 CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_DECLARE)
 #undef CILANTRO_DECLARE

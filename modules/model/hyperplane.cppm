@@ -6,6 +6,7 @@ import cilantro.core;
 import cilantro.cloud;
 import :data;
 import :limits;
+import :ransac;
 
 namespace cilantro {
 
@@ -51,8 +52,20 @@ coordinate_rows<S> rows_of(points_view<S, D> points);
 
 /// |normal · x + offset| of consecutive points, x relative to the origin of the rows.
 template <Scalar S>
-void hyperplane_residuals(const coordinate_rows<S>& points, const Eigen::VectorXd& normal,
-                          double offset, index_t first, std::span<S> out);
+void hyperplane_residuals(const coordinate_rows<S>& points,
+                          const Eigen::Ref<const Eigen::VectorXd>& normal, double offset,
+                          index_t first, std::span<S> out);
+
+/// A hyperplane relative to the origin of some rows.
+struct plane_in_rows {
+  const double* normal;
+  double offset;
+};
+/// Adds to `sums` what the points from `first` on count for each plane.
+template <Scalar S>
+void score_hyperplanes(const coordinate_rows<S>& points, std::span<const plane_in_rows> planes,
+                       index_t first, index_t count, const residual_scoring& scoring,
+                       std::span<data_score> sums);
 
 /// Hyperplanes through points: Dim of them are a sample, and the least squares of more are the mean
 /// and the direction of least variance. A sample is degenerate if it lies in a smaller subspace.
@@ -85,6 +98,13 @@ class hyperplane_family {
   }
   void residuals(const model_type& plane, index_t first, std::span<S> out) const {
     hyperplane_residuals<S>(rows_, plane.normal, plane.signed_distance(rows_.origin), first, out);
+  }
+  void score(std::span<const model_type> planes, index_t first, index_t count,
+             const residual_scoring& scoring, std::span<data_score> sums) const {
+    std::array<plane_in_rows, models_at_a_time> all;
+    for (std::size_t m = 0; m < planes.size(); ++m)
+      all[m] = {planes[m].normal.data(), planes[m].signed_distance(rows_.origin)};
+    score_hyperplanes<S>(rows_, std::span{all}.first(planes.size()), first, count, scoring, sums);
   }
 
  private:

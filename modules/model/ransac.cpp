@@ -38,23 +38,28 @@ data_score score_in_lanes(std::span<const S> residuals, S limit, S scale, Counts
 }  // namespace
 
 template <Scalar S>
-data_score score_of(std::span<const S> residuals, std::span<const std::uint8_t> active,
-                    double max_residual, ransac_score by) {
-  // The largest S that is not above the limit, so that comparing in S is comparing in double.
-  S limit = static_cast<S>(max_residual);
-  if (double(limit) > max_residual) limit = std::nextafter(limit, S(0));
-  const S scale = static_cast<S>(1 / (max_residual * max_residual));
-  const auto score = [&](auto counts) {
-    return by == ransac_score::msac ? score_in_lanes<true>(residuals, limit, scale, counts)
-                                    : score_in_lanes<false>(residuals, limit, scale, counts);
-  };
-  if (active.empty()) return score([](std::size_t) { return true; });
-  return score([&](std::size_t k) { return active[k] != 0; });
+scoring_limits<S> limits_of(const residual_scoring& scoring) {
+  S limit = static_cast<S>(scoring.max_residual);
+  if (double(limit) > scoring.max_residual) limit = std::nextafter(limit, S(0));
+  if (scoring.by == ransac_score::inliers) return {limit, 0};
+  const double scale = 1 / (scoring.max_residual * scoring.max_residual);
+  return {limit, static_cast<S>(std::min(scale, double(std::numeric_limits<S>::max())))};
 }
-template data_score score_of(std::span<const float>, std::span<const std::uint8_t>, double,
-                             ransac_score);
-template data_score score_of(std::span<const double>, std::span<const std::uint8_t>, double,
-                             ransac_score);
+template scoring_limits<float> limits_of(const residual_scoring&);
+template scoring_limits<double> limits_of(const residual_scoring&);
+
+template <Scalar S>
+data_score score_of(std::span<const S> residuals, const residual_scoring& scoring) {
+  const auto [limit, scale] = limits_of<S>(scoring);
+  const auto score = [&](auto counts) {
+    return scale > 0 ? score_in_lanes<true>(residuals, limit, scale, counts)
+                     : score_in_lanes<false>(residuals, limit, scale, counts);
+  };
+  if (scoring.active.empty()) return score([](std::size_t) { return true; });
+  return score([&](std::size_t k) { return scoring.active[k] != 0; });
+}
+template data_score score_of(std::span<const float>, const residual_scoring&);
+template data_score score_of(std::span<const double>, const residual_scoring&);
 
 void expect_sensible(const ransac_options& options) {
   expects(options.confidence > 0 && options.confidence <= 1,

@@ -15,7 +15,9 @@ namespace cilantro {
 /// from agreeing: not negative, or NaN for a datum that is not finite. Both are const, depend on
 /// nothing but their arguments, and are called from several threads at once. A family may also have
 /// a type `scalar` and `residuals(model, first, out)`, which writes to a `std::span<scalar>` the
-/// residuals of as many data from the first on, and is then used in place of `residual`.
+/// residuals of as many data from the first on, and is then used in place of `residual`; and
+/// `score(models, first, count, scoring, sums)`, which adds to a `std::span<data_score>` what some
+/// consecutive data count for each of up to `models_at_a_time` models, in place of both.
 /// Models: `hyperplane_family`, `line_family`, `sphere_family`, `circle_family`, `cylinder_family`,
 /// `transform_family`; `check_ransac_model` tests yours.
 export template <class F>
@@ -37,6 +39,21 @@ export enum class ransac_score {
   msac,     ///< Each inlier counts 1 − (residual / max_residual)²: near ones count more.
 };
 
+/// What data count for a model.
+export struct data_score {
+  index_t inliers = 0;
+  double value = 0;  ///< By the chosen score.
+};
+
+/// How data count. Those that are not active do not.
+export struct residual_scoring {
+  double max_residual;
+  ransac_score by;
+  std::span<const std::uint8_t> active = {};  ///< 0 for data that are not. Of all data, or empty.
+};
+
+export inline constexpr index_t models_at_a_time = 8;
+
 export struct ransac_options {
   /// Data up to this residual are inliers. No default: it is in the units of the residuals.
   positive max_residual;
@@ -46,7 +63,8 @@ export struct ransac_options {
   double confidence = 0.999;
   index_t max_iterations = 1000;  ///< Samples, at most.
   index_t min_inliers = 0;        ///< With fewer, or fewer than a sample, there is no model.
-  /// Whether each new best model is fitted to its inliers again while that makes it better.
+  /// Whether each new best model is fitted to its inliers again while that makes it better; of more
+  /// than 65,536 data, to those among about 32,768.
   bool local_optimization = true;
   /// Whether the last model is fitted to its inliers until they stay the same.
   bool refit = true;
@@ -69,12 +87,6 @@ struct ransac_result {
   index_t iterations = 0;        ///< Samples that were drawn.
 };
 
-/// The score of some of the data: their count, and what they count by the chosen score.
-struct data_score {
-  index_t inliers = 0;
-  double value = 0;
-};
-
 template <class F>
 struct residual_scalar {
   using type = double;
@@ -85,10 +97,18 @@ struct residual_scalar<F> {
   using type = typename F::scalar;
 };
 
-/// Of data of which `active` is not 0, or of all if it is empty.
+/// A scoring in the arithmetic of the residuals.
 template <Scalar S>
-data_score score_of(std::span<const S> residuals, std::span<const std::uint8_t> active,
-                    double max_residual, ransac_score by);
+struct scoring_limits {
+  S largest;  ///< Those up to it are at most the limit: comparing in S is comparing in double.
+  S scale;    ///< Inliers count 1 − scale · residual²; 0 where they all count alike.
+};
+template <Scalar S>
+scoring_limits<S> limits_of(const residual_scoring& scoring);
+
+/// What residuals count; `scoring.active` is of as many data.
+template <Scalar S>
+data_score score_of(std::span<const S> residuals, const residual_scoring& scoring);
 void expect_sensible(const ransac_options& options);
 /// How many samples it takes to draw one without outliers with the given probability.
 double samples_needed(double confidence, double share, index_t sample_size);
@@ -97,8 +117,10 @@ bool is_hopeless(double share, double best, index_t count);
 
 /// Data looked at between two questions whether a model can still win.
 inline constexpr index_t score_block_size = 1024;
-/// Samples that are tried at the same time, by as many threads as there are.
-inline constexpr index_t samples_at_a_time = 16;
+/// Samples that are tried ahead of a decision, at most and at first.
+inline constexpr index_t most_samples_ahead = 32, least_samples_ahead = 4;
+/// Of large data, so many blocks, evenly spread, take part in fits while models are still compared.
+inline constexpr index_t most_blocks_fitted = 32;
 /// Fits of a model to its inliers, one after another.
 inline constexpr int most_refits = 10;
 
@@ -138,54 +160,78 @@ class ransac_search {
       for (scalar& r : out) r = static_cast<scalar>(family_.residual(model, first++));
     }
   }
-  /// Calls `f(first, residuals)` for each block of data, until it returns false.
-  template <class G>
-  void for_each_block(const model_type& model, G&& f) const {
-    std::array<scalar, score_block_size> room;
-    for (index_t first = 0; first < size_; first += score_block_size) {
-      const auto count = std::min(score_block_size, size_ - first);
-      const std::span out{room.data(), static_cast<std::size_t>(count)};
-      residuals(model, first, out);
-      if (!f(first, std::span<const scalar>{out})) return;
-    }
-  }
   [[nodiscard]] std::span<const std::uint8_t> active(index_t first, std::size_t count) const {
     return active_.empty() ? std::span<const std::uint8_t>{}
                            : std::span{active_}.subspan(static_cast<std::size_t>(first), count);
   }
 
-  /// The score of a model; less than the whole once it cannot be above `bound` any more.
-  [[nodiscard]] data_score score(const model_type& model, double bound) const {
-    data_score sum;
-    for_each_block(model, [&](index_t first, std::span<const scalar> r) {
-      const auto part =
-          score_of<scalar>(r, active(first, r.size()), options_.max_residual, options_.score);
-      sum.inliers += part.inliers;
-      sum.value += part.value;
-      return sum.value + double(size_ - first - std::ssize(r)) > bound;
-    });
-    return sum;
+  /// Adds what a block of data counts for each model.
+  void score_block(std::span<const model_type> models, index_t first, index_t count,
+                   std::span<data_score> sums) const {
+    const residual_scoring all{options_.max_residual, options_.score, active_};
+    if constexpr (requires { family_.score(models, first, count, all, sums); }) {
+      family_.score(models, first, count, all, sums);
+    } else {
+      const auto size = static_cast<std::size_t>(count);
+      std::array<scalar, score_block_size> room;
+      const std::span out{room.data(), size};
+      for (std::size_t m = 0; m < models.size(); ++m) {
+        residuals(models[m], first, out);
+        const auto part = score_of<scalar>(out, {all.max_residual, all.by, active(first, size)});
+        sums[m].inliers += part.inliers;
+        sums[m].value += part.value;
+      }
+    }
   }
-  [[nodiscard]] std::vector<index_t> inliers(const model_type& model) const {
+  /// The scores of some models; less than the whole of those that cannot be above `bound`.
+  [[nodiscard]] std::array<data_score, models_at_a_time> score(std::vector<model_type> models,
+                                                               double bound) const {
+    std::array<data_score, models_at_a_time> all, sums;
+    std::array<std::size_t, models_at_a_time> place;
+    for (std::size_t m = 0; m < models.size(); ++m) place[m] = m;
+    for (index_t first = 0; first < size_ && !models.empty(); first += score_block_size) {
+      const index_t count = std::min(score_block_size, size_ - first);
+      score_block(models, first, count, sums);
+      std::size_t left = 0;
+      for (std::size_t m = 0; m < models.size(); ++m) {
+        all[place[m]] = sums[m];
+        if (!(sums[m].value + double(size_ - first - count) > bound)) continue;
+        if (left != m) models[left] = std::move(models[m]);
+        sums[left] = sums[m];
+        place[left++] = place[m];
+      }
+      models.erase(models.begin() + static_cast<std::ptrdiff_t>(left), models.end());
+    }
+    return all;
+  }
+  [[nodiscard]] data_score score(const model_type& model, double bound) const {
+    return score(std::vector{model}, bound)[0];
+  }
+  /// In every `step`-th block of data.
+  [[nodiscard]] std::vector<index_t> inliers(const model_type& model, index_t step = 1) const {
     std::vector<index_t> found;
+    std::array<scalar, score_block_size> room;
     std::array<index_t, score_block_size> some;
     const double limit = options_.max_residual;
-    for_each_block(model, [&](index_t first, std::span<const scalar> r) {
-      const auto mask = active(first, r.size());
+    for (index_t first = 0; first < size_; first += step * score_block_size) {
+      const auto size = static_cast<std::size_t>(std::min(score_block_size, size_ - first));
+      residuals(model, first, std::span{room}.first(size));
+      const auto mask = active(first, size);
       std::size_t count = 0;
       // Without a branch: which data agree is nothing that a processor could foresee.
-      for (std::size_t k = 0; k < r.size(); ++k) {
+      for (std::size_t k = 0; k < size; ++k) {
         some[count] = first + static_cast<index_t>(k);
-        count += double(r[k]) <= limit && (mask.empty() || mask[k]);
+        count += double(room[k]) <= limit && (mask.empty() || mask[k]);
       }
       found.insert(found.end(), some.begin(), some.begin() + static_cast<index_t>(count));
-      return true;
-    });
+    }
     return found;
   }
 
-  [[nodiscard]] candidate try_sample(std::uint64_t round, index_t iteration,
-                                     const candidate& best) const;
+  [[nodiscard]] std::optional<model_type> draw(std::uint64_t round, index_t iteration,
+                                               const candidate& best) const;
+  void try_samples(std::uint64_t round, index_t iteration, std::span<candidate> next,
+                   const candidate& best) const;
   void improve(candidate& best) const;
   [[nodiscard]] std::optional<ransac_result<model_type>> finish(candidate best,
                                                                 index_t iterations) const;
@@ -198,32 +244,45 @@ class ransac_search {
   std::vector<index_t> preview_ = {};  ///< Data that models are first tried on.
 };
 
+/// The model of a sample, unless it is given up already.
 template <RansacModel F>
-auto ransac_search<F>::try_sample(std::uint64_t round, index_t iteration,
-                                  const candidate& best) const -> candidate {
+auto ransac_search<F>::draw(std::uint64_t round, index_t iteration, const candidate& best) const
+    -> std::optional<model_type> {
   auto sample = distinct_sample(
       std::ssize(left_), family_.sample_size(),
       random_stream{options_.seed, (round << 40) + static_cast<std::uint64_t>(iteration)});
   for (index_t& i : sample) i = left_[static_cast<std::size_t>(i)];
-  candidate next{family_.fit(sample), {}};
-  if (!next.model) return next;
-  if (!preview_.empty() && best.model) {
-    index_t agree = 0;
-    for (const index_t i : preview_)
-      agree += double(family_.residual(*next.model, i)) <= options_.max_residual;
-    const auto count = std::ssize(preview_);
-    if (is_hopeless(double(agree) / double(count),
-                    double(best.score.inliers) / double(std::ssize(left_)), count))
-      return {};
+  auto model = family_.fit(sample);
+  if (!model || preview_.empty() || !best.model) return model;
+  index_t agree = 0;
+  for (const index_t i : preview_)
+    agree += double(family_.residual(*model, i)) <= options_.max_residual;
+  const auto count = std::ssize(preview_);
+  if (is_hopeless(double(agree) / double(count),
+                  double(best.score.inliers) / double(std::ssize(left_)), count))
+    model.reset();
+  return model;
+}
+
+template <RansacModel F>
+void ransac_search<F>::try_samples(std::uint64_t round, index_t iteration,
+                                   std::span<candidate> next, const candidate& best) const {
+  std::vector<model_type> models;
+  for (candidate& one : next) {
+    one.model = draw(round, iteration++, best);
+    if (one.model) models.push_back(*one.model);
   }
-  next.score = score(*next.model, best.score.value);
-  return next;
+  const auto scores = score(std::move(models), best.score.value);
+  std::size_t m = 0;
+  for (candidate& one : next)
+    if (one.model) one.score = scores[m++];
 }
 
 template <RansacModel F>
 void ransac_search<F>::improve(candidate& best) const {
+  const index_t step = std::max<index_t>(1, size_ / (most_blocks_fitted * score_block_size));
   for (int k = 0; k < most_refits; ++k) {
-    const auto fitted = family_.fit(inliers(*best.model));
+    const auto fitted = family_.fit(inliers(*best.model, step));
     if (!fitted) return;
     const auto value = score(*fitted, best.score.value);
     if (!(value.value > best.score.value)) return;
@@ -269,16 +328,20 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
       preview_.push_back(left_[static_cast<std::size_t>(i)]);
 
   // Samples are drawn and judged as if one after another; only the work is done ahead.
-  const index_t ahead = options_.threads == 1 ? 1 : samples_at_a_time;
   const execution how{options_.threads, {{}, options_.monitor.stop}};
   candidate best;
   index_t iteration = 0;
   double needed = double(options_.max_iterations);
-  std::vector<candidate> next(static_cast<std::size_t>(ahead));
+  std::array<candidate, most_samples_ahead> next;
   while (double(iteration) < needed) {
+    // As many as were needed so far: whoever needs few does not pay for many.
+    const index_t ahead = std::min(std::max(iteration, least_samples_ahead), most_samples_ahead);
     const index_t count = std::min(ahead, options_.max_iterations - iteration);
-    parallel_blocks(count, 1, how, [&](index_t k, index_t, index_t) {
-      next[static_cast<std::size_t>(k)] = try_sample(round, iteration + k, best);
+    parallel_blocks(count, models_at_a_time, how, [&](index_t, index_t begin, index_t end) {
+      try_samples(round, iteration + begin,
+                  std::span{next}.subspan(static_cast<std::size_t>(begin),
+                                          static_cast<std::size_t>(end - begin)),
+                  best);
     });
     for (index_t k = 0; k < count && double(iteration) < needed; ++k) {
       ++iteration;

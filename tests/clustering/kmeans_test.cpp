@@ -201,3 +201,28 @@ TEST_CASE("a limit, a tolerance, a seed and a cloud are what they are for any al
   CHECK(kmeans(cloud, 20, {.seed = 1}).inertia != kmeans(cloud, 20, {.seed = 2}).inertia);
   CHECK(kmeans(cloud, 20, {.restarts = 4}).inertia <= kmeans(cloud, 20).inertia);
 }
+
+TEST_CASE_TEMPLATE("every vector target, and points of run-time dimension, get the same clusters",
+                   T, test::f2, test::f3, test::d2, test::d3) {
+  using S = typename T::scalar;
+  // In rows, where neighbours in memory lie close, and at random.
+  auto points = test::random_points<T>(20000, 5);
+  for (index_t i = 0; i < 10000; ++i) {
+    points.col(i).setZero();
+    points(0, i) = S(i % 100) / 100;
+    points(1, i) = S(i / 100) / 100;
+  }
+  points(0, 77) = test::nan<S>;
+  const point_matrix<S, T::static_dimension> start = points.middleCols(12000, 60);
+  const kmeans_options options{.max_iterations = 30};
+  const auto reference =
+      kmeans(point_matrix<S, dynamic>{points}, point_matrix<S, dynamic>{start}, options);
+  for (const auto target : test::available_targets()) {
+    CAPTURE(name_of(target));
+    const test::using_target use{target};
+    const auto found = kmeans(points, start, options);
+    CHECK(std::ranges::equal(found.labels(), reference.labels()));
+    CHECK(found.centroids == reference.centroids);
+    CHECK(found.iterations == reference.iterations);
+  }
+}

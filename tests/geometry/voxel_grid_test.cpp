@@ -211,3 +211,35 @@ TEST_CASE("a grid that is stopped throws `cancelled`") {
   CHECK_THROWS_AS((void)voxel_downsample(points, 0.1, {.monitor = {.stop = stop.get_token()}}),
                   cancelled);
 }
+
+TEST_CASE_TEMPLATE(
+    "many points in rows, on faces and in holes: every vector target cuts them alike", S, float,
+    double) {
+  // Enough of them to be sorted in parts; on a lattice, so that coordinates are whole multiples of
+  // an edge, or nearly.
+  constexpr index_t width = 300, height = 300;
+  point_matrix<S, 3> points(3, width * height);
+  random_stream random{5};
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const double x = double(i % width) * 0.1, y = double(i / width) * 0.1;
+    points.col(i) << S(x), S(y), S(0.1 * std::floor(10 * std::sin(x) * std::cos(y)));
+    if (i % 5 == 0) points.col(i) *= S(1 + 1e-7 * random.normal());
+    if (i % 1000 == 999) points(i % 3, i) = i % 2 ? test::nan<S> : test::infinity<S>;
+  }
+  for (const double edge : {0.1, 0.3, 0.7}) {
+    const auto cells = sort_into_map(points, {edge, edge, edge});
+    std::optional<point_matrix<S, 3>> means;
+    for (const auto target : test::available_targets()) {
+      CAPTURE(name_of(target));
+      const test::using_target use{target};
+      expect_same(voxel_grid{points, edge}, cells);
+      expect_same(voxel_grid{points, edge, {.threads = 3}}, cells);
+      const auto found = voxel_downsample(points, edge);
+      if (!means) means = found;
+      CHECK(found == *means);
+    }
+    index_t large = 0;
+    for (const auto& [cell, members] : cells) large += members.size() >= 4;
+    CHECK(voxel_grid{points, edge, {.min_points = 4}}.size() == large);
+  }
+}

@@ -181,3 +181,38 @@ TEST_CASE("options that make no sense are refused, and the search can be stopped
                                               }}});
   CHECK(last == 1);
 }
+
+TEST_CASE_TEMPLATE("every vector target finds the same planes, also among what is left", T,
+                   test::f2, test::f3, test::d2, test::d3) {
+  using S = typename T::scalar;
+  auto points = plane_and_clutter<T>(3000, 2500, 0.005, 11);
+  points(1, 40) = test::nan<S>;
+  const hyperplane_family planes{points};
+  for (const auto by : {ransac_score::inliers, ransac_score::msac}) {
+    const ransac_options options{
+        .max_residual = 0.02, .score = by, .confidence = 1, .max_iterations = 50};
+    std::vector<double> scores;
+    std::vector<std::vector<index_t>> inliers;
+    for (const auto target : test::available_targets()) {
+      CAPTURE(name_of(target));
+      const test::using_target use{target};
+      const auto found = sequential_ransac(planes, 3, options);
+      REQUIRE(found.size() == 3);
+      for (std::size_t m = 0; m < 3; ++m) {
+        // The score is that of the residuals one by one.
+        double score = 0;
+        for (const index_t i : found[m].inliers) {
+          const double r = planes.residual(found[m].model, i);
+          score += by == ransac_score::msac ? 1 - r * r / (0.02 * 0.02) : 1;
+        }
+        CHECK(found[m].score == doctest::Approx(score).epsilon(1e-3));
+        if (target == vector_target::baseline) {
+          scores.push_back(found[m].score);
+          inliers.push_back(found[m].inliers);
+        }
+        CHECK(found[m].score == scores[m]);
+        CHECK(found[m].inliers == inliers[m]);
+      }
+    }
+  }
+}

@@ -13,25 +13,6 @@ using namespace cilantro;
 
 namespace {
 
-/// Uses one target while it lives.
-class using_target {
- public:
-  explicit using_target(vector_target target) { use_vector_target(target); }
-  using_target(const using_target&) = delete;
-  using_target& operator=(const using_target&) = delete;
-  ~using_target() { use_vector_target(before_); }
-
- private:
-  vector_target before_ = current_vector_target();
-};
-
-std::vector<vector_target> available_targets() {
-  std::vector<vector_target> all;
-  for (const auto t : {vector_target::baseline, vector_target::avx2, vector_target::avx512})
-    if (is_available(t)) all.push_back(t);
-  return all;
-}
-
 /// Clustered, in part on a lattice, in part doubled, with holes.
 template <class T>
 auto difficult_points(index_t count) {
@@ -84,8 +65,8 @@ TEST_CASE_TEMPLATE("every vector target finds what brute force finds, to the bit
   for (const auto& spec : specs()) {
     const auto near_points = find_neighborhoods(truth, points, spec);
     const auto near_others = find_neighborhoods(truth, others, spec);
-    for (const auto target : available_targets()) {
-      const using_target use{target};
+    for (const auto target : test::available_targets()) {
+      const test::using_target use{target};
       CAPTURE(std::string{name_of(target)});
       CAPTURE(spec.max_count());
       CAPTURE(spec.max_distance());
@@ -100,8 +81,8 @@ TEST_CASE_TEMPLATE("a radius that holds thousands gives them in order", T, CLOUD
   const auto queries = test::random_points<T>(20, 6);
   const auto expected = find_neighborhoods(brute_force_searcher{points}, queries, radius{1});
   REQUIRE(expected.total() > 20 * 500);
-  for (const auto target : available_targets()) {
-    const using_target use{target};
+  for (const auto target : test::available_targets()) {
+    const test::using_target use{target};
     CHECK(are_equal(find_neighborhoods(kd_tree{points}, queries, radius{1}), expected));
   }
 }
@@ -129,7 +110,7 @@ TEST_CASE("the environment and the machine decide on the target") {
     if (!is_available(t)) CHECK_THROWS_AS(use_vector_target(t), invalid_input);
   const auto before = current_vector_target();
   {
-    const using_target use{vector_target::baseline};
+    const test::using_target use{vector_target::baseline};
     CHECK(current_vector_target() == vector_target::baseline);
   }
   CHECK(current_vector_target() == before);

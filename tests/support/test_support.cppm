@@ -12,6 +12,7 @@ module;
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 export module test_support;
 
 import cilantro;
@@ -33,6 +34,26 @@ using d2 = space<double, 2>;
 using d3 = space<double, 3>;
 using d5 = space<double, 5>;
 using dx = space<double, cilantro::dynamic>;
+
+/// Uses one target while it lives.
+class using_target {
+ public:
+  explicit using_target(cilantro::vector_target target) { cilantro::use_vector_target(target); }
+  using_target(const using_target&) = delete;
+  using_target& operator=(const using_target&) = delete;
+  ~using_target() { cilantro::use_vector_target(before_); }
+
+ private:
+  cilantro::vector_target before_ = cilantro::current_vector_target();
+};
+
+inline std::vector<cilantro::vector_target> available_targets() {
+  std::vector<cilantro::vector_target> all;
+  for (const auto t : {cilantro::vector_target::baseline, cilantro::vector_target::avx2,
+                       cilantro::vector_target::avx512})
+    if (cilantro::is_available(t)) all.push_back(t);
+  return all;
+}
 
 template <class S>
 inline constexpr S nan = std::numeric_limits<S>::quiet_NaN();

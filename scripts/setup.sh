@@ -29,6 +29,7 @@ doctest-dev|doctest, the test framework
 libcli11-dev|CLI11, for the command line of the program cilantro
 nlohmann-json3-dev|JSON, for what that program prints
 python3-minimal|runs the checks of the source tree and of the documentation
+valgrind|counts instructions of the main steps
 '
 packages_to_check='
 clang-format-22|clang-format, which says whether a file is formatted

@@ -98,7 +98,11 @@ class block_queries {
     const auto is_wanted = [&](std::int32_t q) {
       return wanted.empty() || wanted[static_cast<std::size_t>(q)];
     };
-    if (std::ranges::none_of(indices_of(begin, end), is_wanted)) return;
+    const auto of_block = indices_of(begin, end);
+    if (std::ranges::none_of(of_block, is_wanted)) return;
+    out.queries.reserve(of_block.size());
+    out.starts.reserve(of_block.size());
+    out.counts.reserve(of_block.size());
     if (is_counted_)
       find_nearest(begin, end, is_wanted, out);
     else

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <numeric>
 #include <vector>
 
@@ -22,12 +23,17 @@ void tree_build(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(tree_build);
 
-template <class Spec>
-void search(benchmark::State& state, Spec spec) {
-  const kd_tree tree{points()};
+points_view<double, 3> points_in_double() {
+  static const Eigen::Matrix3Xd made = points().matrix().cast<double>();
+  return as_points(made);
+}
+
+template <class Spec, class P>
+void search(benchmark::State& state, Spec spec, const P& points) {
+  const kd_tree tree{points};
   double sum = 0;
   for (auto _ : state) {
-    const auto found = tree.find_all(points(), spec);
+    const auto found = tree.find_all(points, spec);
     benchmark::DoNotOptimize(found.distances().data());
     state.PauseTiming();
     sum = std::accumulate(found.distances().begin(), found.distances().end(), 0.0);
@@ -36,37 +42,107 @@ void search(benchmark::State& state, Spec spec) {
   report_result(state, sum);
 }
 void knn_of_all(benchmark::State& state) {
-  search(state, knn{neighbor_count});
+  search(state, knn{neighbor_count}, points());
 }
 CILANTRO_BENCHMARK(knn_of_all);
+void knn_of_all_in_double(benchmark::State& state) {
+  search(state, knn{neighbor_count}, points_in_double());
+}
+CILANTRO_BENCHMARK(knn_of_all_in_double);
+void knn_30_of_all(benchmark::State& state) {
+  search(state, knn{many_neighbors}, points());
+}
+CILANTRO_BENCHMARK(knn_30_of_all);
 void radius_of_all(benchmark::State& state) {
-  search(state, radius{voxel_edge});
+  search(state, radius{voxel_edge}, points());
 }
 CILANTRO_BENCHMARK(radius_of_all);
 
-void normals(benchmark::State& state) {
+/// In any order and not kept: only the sum of the distances of each point.
+void radius_any_order(benchmark::State& state) {
+  const kd_tree tree{points()};
+  std::vector<float> sums(static_cast<std::size_t>(points().size()));
+  for (auto _ : state) {
+    visit_neighborhoods(tree, points(), radius{voxel_edge},
+                        [&](const auto& block) {
+                          for (index_t i = 0; i < block.size(); ++i) {
+                            float sum = 0;
+                            for (const float distance : block[i].distances()) sum += distance;
+                            sums[static_cast<std::size_t>(block.query(i))] = sum;
+                          }
+                        },
+                        {.ascending = false});
+  }
+  report_result(state, std::accumulate(sums.begin(), sums.end(), 0.0));
+}
+CILANTRO_BENCHMARK(radius_any_order);
+
+template <class P, class Spec>
+void normals_of(benchmark::State& state, const P& points, Spec spec) {
   double sum = 0;
   for (auto _ : state) {
-    const auto found = estimate_normals(points(), knn{neighbor_count}, {.viewpoint = {{0, 0, 0}}});
+    const auto found = estimate_normals(points, spec, {.viewpoint = {{0, 0, 0}}});
     benchmark::DoNotOptimize(found.normals.data());
     state.PauseTiming();
-    sum = found.normals.row(2).cast<double>().cwiseAbs().sum();
+    sum = 0;
+    for (const auto z : found.normals.row(2))
+      if (!std::isnan(z)) sum += std::abs(double(z));
     state.ResumeTiming();
   }
   report_result(state, sum);
 }
+void normals(benchmark::State& state) {
+  normals_of(state, points(), knn{neighbor_count});
+}
 CILANTRO_BENCHMARK(normals);
+void normals_in_double(benchmark::State& state) {
+  normals_of(state, points_in_double(), knn{neighbor_count});
+}
+CILANTRO_BENCHMARK(normals_in_double);
+void normals_by_radius(benchmark::State& state) {
+  normals_of(state, points(), radius{voxel_edge});
+}
+CILANTRO_BENCHMARK(normals_by_radius);
 
-void voxels(benchmark::State& state) {
+points_view<float, 3> view_of(const std::vector<float>& all) {
+  return {all.data(), std::ssize(all) / 3};
+}
+
+void voxels_of(benchmark::State& state, points_view<float, 3> points, float edge) {
   double count = 0;
   for (auto _ : state) {
-    const auto reduced = voxel_downsample(points(), double(voxel_edge));
+    const auto reduced = voxel_downsample(points, double(edge));
     benchmark::DoNotOptimize(reduced.data());
     count = double(reduced.cols());
   }
   report_result(state, count);
 }
+void voxels(benchmark::State& state) {
+  voxels_of(state, points(), voxel_edge);
+}
 CILANTRO_BENCHMARK(voxels);
+void voxels_5_mm(benchmark::State& state) {
+  voxels_of(state, points(), small_voxel_edge);
+}
+CILANTRO_BENCHMARK(voxels_5_mm);
+void large_voxels(benchmark::State& state) {
+  voxels_of(state, view_of(large_points()), large_voxel_edge);
+}
+CILANTRO_BENCHMARK(large_voxels);
+
+void large_transform(benchmark::State& state) {
+  const point_cloud<float, 3> large{.points = view_of(large_points()).matrix()};
+  Eigen::Isometry3f turn = Eigen::Isometry3f::Identity();
+  turn.linear() = Eigen::AngleAxisf{0.3f, Eigen::Vector3f::UnitZ()}.toRotationMatrix();
+  double last = 0;
+  for (auto _ : state) {
+    const auto moved = transform(large, turn);
+    benchmark::DoNotOptimize(moved.points.data());
+    last = double(moved.points(0, moved.size() - 1));
+  }
+  report_result(state, last);
+}
+CILANTRO_BENCHMARK(large_transform);
 
 void ply_read(benchmark::State& state) {
   double sum = 0;
@@ -99,10 +175,6 @@ void outliers(benchmark::State& state) {
   report_result(state, count);
 }
 CILANTRO_BENCHMARK(outliers);
-
-points_view<float, 3> view_of(const std::vector<float>& all) {
-  return {all.data(), std::ssize(all) / 3};
-}
 
 /// From the tree to the last label; the result is how many points are in a part.
 void segment(benchmark::State& state) {
@@ -185,15 +257,12 @@ CILANTRO_BENCHMARK(plane_200);
 
 /// From trees to the last iteration.
 void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
-  const auto view = [](const std::vector<float>& all) {
-    return points_view<float, 3>{all.data(), std::ssize(all) / 3};
-  };
   Eigen::Isometry3f found;
   for (auto _ : state)
     found =
         align(
-            surface_view<float, 3>{view(pair.source)},
-            surface_view<float, 3>{view(pair.target), view(pair.target_normals)},
+            surface_view<float, 3>{view_of(pair.source)},
+            surface_view<float, 3>{view_of(pair.target), view_of(pair.target_normals)},
             {.max_distance = pair.max_distance, .max_iterations = pair.iterations, .tolerance = 0})
             .transform;
   report_pose(state, pair, [&](int i, int k) { return double(found.matrix()(i, k)); });
@@ -250,5 +319,6 @@ CILANTRO_BENCHMARK(pcd_write);
 }  // namespace
 
 int main(int argc, char** argv) {
+  benchmark::AddCustomContext("vector_target", std::string{name_of(current_vector_target())});
   return run_benchmarks(argc, argv, icp_point_to_plane);
 }

@@ -18,7 +18,9 @@
 
 /// Edge of the voxels, in metres; neighbours of a point.
 inline constexpr float voxel_edge = 0.01f;
-inline constexpr int neighbor_count = 10;
+inline constexpr int neighbor_count = 10, many_neighbors = 30;
+/// Other voxels: of the frame, and of the large cloud.
+inline constexpr float small_voxel_edge = 0.005f, large_voxel_edge = 0.02f;
 /// What statistical outlier removal is asked with.
 inline constexpr int outlier_neighbors = 20;
 inline constexpr double outlier_deviations = 2;
@@ -53,9 +55,13 @@ inline std::vector<float> read_floats(const char* name) {
   return std::vector<float>{first, first + bytes.size() / sizeof(float)};
 }
 
-/// The frame: x, y and z of one point after another.
+/// The frame, or what CILANTRO_BENCHMARK_FRAME names in its place: x, y and z of one point after
+/// another.
 inline const std::vector<float>& frame() {
-  static const std::vector<float> points = read_floats("frame.f32");
+  static const std::vector<float> points = [] {
+    const char* name = std::getenv("CILANTRO_BENCHMARK_FRAME");
+    return read_floats((std::string{name ? name : "frame"} + ".f32").c_str());
+  }();
   return points;
 }
 

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Prints a table of what the benchmark programs measured: compare.py FOLDER THREADS [--json FILE] [--svg FILE]
+"""Prints tables of what the benchmark programs measured: compare.py RESULTS DATA [--json FILE]
 
-Medians of all repetitions in milliseconds, and in brackets how many times as long as cilantro. A result that differs
-from cilantro's by more than a thousandth is marked: that program did other work.
+RESULTS has a folder SET.THREADS for each set of points, with files LIBRARY.ROUND.json; DATA has the points.
+Medians in milliseconds, and in brackets how many times as long as cilantro. A result that differs from cilantro's by
+more than a thousandth is marked: that program did other work.
 """
 import argparse
 import collections
@@ -40,8 +41,17 @@ def read(folder):
             measured.times.append(run["real_time"])
             measured.result = run.get("result")
             if "error_mm" in run:
-                measured.error = f'{run["error_mm"]:.3f} mm {run["error_deg"]:.4f} deg'
+                measured.error = f'{run["error_mm"]:.3f} mm, {run["error_deg"]:.4f}°'
     return tasks
+
+
+def read_all(results):
+    """By set of points and number of threads: what `read` returns."""
+    def order(path):
+        name, threads = path.name.rsplit(".", 1)
+        return int(threads), name
+    return {(path.name.rsplit(".", 1)[0], int(path.name.rsplit(".", 1)[1])): read(path)
+            for path in sorted(results.iterdir(), key=order)}
 
 
 def is_equal(by_library, library):
@@ -52,37 +62,13 @@ def is_equal(by_library, library):
     return abs(other - mine) <= TOLERANCE * abs(mine)
 
 
-def data_of(task, folder):
+def points_of(task, points, folder):
     """The name and the number of points of what a task works on."""
-    name = "large" if task.startswith("segment") else "frame"
+    name = "large" if task.startswith(("segment", "large")) else points
     if task.startswith("icp_"):
         name = task.removeprefix("icp_") + "_source"
     path = folder / f"{name}.f32"
     return name, path.stat().st_size // 12 if path.exists() else None
-
-
-def table(tasks, threads):
-    libraries = libraries_of(tasks)
-    yield f"{threads} thread(s); milliseconds, median (times cilantro)"
-    yield f"{'':16}" + "".join(f"{name:>22}" for name in libraries)
-    for task, by_library in tasks.items():
-        line = f"{task:16}"
-        for library in libraries:
-            cell = ""
-            if library in by_library:
-                cell = f"{by_library[library].median:.1f}"
-                if "cilantro" in by_library:
-                    cell += f" ({by_library[library].median / by_library['cilantro'].median:.2f})"
-                if is_equal(by_library, library) is False:
-                    cell += f" ≠{by_library[library].result / by_library['cilantro'].result:.3f}"
-            line += f"{cell:>22}"
-        yield line
-    if any(m.error for by_library in tasks.values() for m in by_library.values()):
-        yield "\nfrom the recorded pose"
-        for task, by_library in tasks.items():
-            if any(m.error for m in by_library.values()):
-                errors = (by_library[name].error if name in by_library else "" for name in libraries)
-                yield f"{task:16}" + "".join(f"{error:>26}" for error in errors)
 
 
 def libraries_of(tasks):
@@ -90,53 +76,52 @@ def libraries_of(tasks):
                   key=lambda name: (name != "cilantro", name))
 
 
-def rows(tasks, threads, folder):
+def table(tasks):
+    libraries = libraries_of(tasks)
+    yield "| | " + " | ".join(libraries) + " |"
+    yield "|---" * (len(libraries) + 1) + "|"
     for task, by_library in tasks.items():
-        data, n = data_of(task, folder)
-        for library, measured in sorted(by_library.items()):
-            yield {"task": task, "data": data, "n": n, "threads": threads, "library": library,
-                   "min_ms": min(measured.times), "median_ms": measured.median,
-                   "equal": is_equal(by_library, library)}
+        cells = [task]
+        for library in libraries:
+            cell = ""
+            if library in by_library:
+                cell = f"{by_library[library].median:.1f}"
+                if "cilantro" in by_library and library != "cilantro":
+                    cell += f" ({by_library[library].median / by_library['cilantro'].median:.1f}×)"
+                if is_equal(by_library, library) is False:
+                    cell += f" ≠ {by_library[library].result / by_library['cilantro'].result:.3f}"
+            cells.append(cell)
+        yield "| " + " | ".join(cells) + " |"
+    if any(m.error for by_library in tasks.values() for m in by_library.values()):
+        yield "\nfrom the recorded pose\n"
+        for task, by_library in tasks.items():
+            if any(m.error for m in by_library.values()):
+                errors = (by_library[name].error if name in by_library else "" for name in libraries)
+                yield f"| {task} | " + " | ".join(errors) + " |"
 
 
-def draw(tasks, threads, path):
-    """Bars of how many times as long as cilantro the others take."""
-    import matplotlib
-    matplotlib.use("svg")
-    from matplotlib import pyplot
-    others = [name for name in libraries_of(tasks) if name != "cilantro"]
-    compared = [task for task, by_library in tasks.items()
-                if "cilantro" in by_library and len(by_library) > 1]
-    figure, axes = pyplot.subplots(figsize=(8, 0.45 * len(compared) + 1.5))
-    height = 0.8 / max(len(others), 1)
-    for k, library in enumerate(others):
-        ratios = [tasks[task][library].median / tasks[task]["cilantro"].median if library in tasks[task] else 0
-                  for task in compared]
-        places = [row + (k - (len(others) - 1) / 2) * height for row in range(len(compared))]
-        axes.barh(places, ratios, height, label=library)
-    axes.axvline(1, color="black", linewidth=1)
-    axes.set_xscale("log")
-    axes.set_yticks(range(len(compared)), compared)
-    axes.invert_yaxis()
-    axes.set_xlabel(f"times as long as cilantro, {threads} thread(s)")
-    axes.legend()
-    figure.tight_layout()
-    figure.savefig(path)
+def rows(all_tasks, folder):
+    for (points, threads), tasks in all_tasks.items():
+        for task, by_library in tasks.items():
+            data, n = points_of(task, points, folder)
+            for library, measured in sorted(by_library.items()):
+                yield {"task": task, "data": data, "n": n, "threads": threads, "library": library,
+                       "min_ms": min(measured.times), "median_ms": measured.median,
+                       "equal": is_equal(by_library, library)}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("threads", type=int)
-    parser.add_argument("--json", type=pathlib.Path, help="write one row a task and library")
-    parser.add_argument("--svg", type=pathlib.Path, help="draw ratios (needs python3-matplotlib)")
+    parser.add_argument("results", type=pathlib.Path)
+    parser.add_argument("data", type=pathlib.Path)
+    parser.add_argument("--json", type=pathlib.Path, help="write one row a task, data, library and number of threads")
     wanted = parser.parse_args()
-    tasks = read(wanted.folder)
-    print("\n".join(table(tasks, wanted.threads)))
+    all_tasks = read_all(wanted.results)
+    for (points, threads), tasks in all_tasks.items():
+        print(f"\n{points}, {threads} thread(s): milliseconds, median (times cilantro)\n")
+        print("\n".join(table(tasks)))
     if wanted.json:
-        wanted.json.write_text(json.dumps(list(rows(tasks, wanted.threads, wanted.folder)), indent=1) + "\n")
-    if wanted.svg:
-        draw(tasks, wanted.threads, wanted.svg)
+        wanted.json.write_text(json.dumps(list(rows(all_tasks, wanted.data)), indent=1) + "\n")
 
 
 if __name__ == "__main__":

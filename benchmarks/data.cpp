@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the data that all benchmark programs read: benchmark_data FOLDER
+// Writes the data that all benchmark programs read: benchmark_data tasks|sizes|sequence FOLDER
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <string>
+#include <utility>
+#include <vector>
 
 import cilantro;
 import simulated_room;
@@ -56,14 +59,17 @@ void write_kinect_pairs(const std::filesystem::path& frames, pair_writer& out) {
   const auto name = [&](const char* number, const char* what) {
     return frames / (std::string{"frame-0000"} + number + what);
   };
-  const auto frame = [&](const char* number) {
+  const auto frame = [&](const char* number, double edge) {
     return cloud_from_depth(read_depth_png(name(number, ".depth.png")), kinect) |
-           voxel_downsample(0.01);
+           voxel_downsample(edge);
   };
-  const auto target = frame("00");
+  const auto pose = [&](const char* number) { return matrix_in(name(number, ".pose.txt")); };
+  const auto target = frame("00", 0.01);
   for (const char* number : {"01", "10", "20"})
-    out.write(std::string{"kinect_"} + number, frame(number), target, 0.05, 15,
-              matrix_in(name("00", ".pose.txt")).inverse() * matrix_in(name(number, ".pose.txt")));
+    out.write(std::string{"kinect_"} + number, frame(number, 0.01), target, 0.05, 15,
+              pose("00").inverse() * pose(number));
+  out.write("kinect_01_5_mm", frame("01", 0.005), frame("00", 0.005), 0.05, 15,
+            pose("00").inverse() * pose("01"));
 }
 
 /// Scans of the bunny where they belong (bun.conf: p_world = R(q)ᵀ p + t), the second pushed away.
@@ -103,11 +109,95 @@ void write_simulated_pair(pair_writer& out) {
             simulated_camera(0, {}).to_world.inverse() * simulated_camera(2, {}).to_world);
 }
 
-}  // namespace
+const std::filesystem::path real = CILANTRO_TEST_DATA;
 
-int main(int, char** argv) {
-  const std::filesystem::path folder = argv[1], real = CILANTRO_TEST_DATA;
+Eigen::Matrix3Xf uniform(index_t n) {
+  Eigen::Matrix3Xf points(3, n);
+  random_stream random{1};
+  for (auto p : points.colwise())
+    for (float& x : p) x = float(random.uniform());
+  return points;
+}
+/// Most points are near few places.
+Eigen::Matrix3Xf clustered(index_t n) {
+  Eigen::Matrix3Xf points(3, n);
+  random_stream random{2};
+  for (auto p : points.colwise()) {
+    const auto place = static_cast<std::uint64_t>(random.below(100));
+    random_stream of_place{3, place};
+    for (float& x : p) x = float(of_place.uniform() + 0.02 * random.normal());
+  }
+  return points;
+}
+/// Each point is there ten times.
+Eigen::Matrix3Xf duplicates(index_t n) {
+  const auto different = uniform(n / 10);
+  Eigen::Matrix3Xf points(3, n);
+  for (index_t i = 0; i < n; ++i) points.col(i) = different.col(i % different.cols());
+  return points;
+}
+Eigen::Matrix3Xf flat(index_t n) {
+  auto points = uniform(n);
+  points.row(2) *= 1e-4f;
+  return points;
+}
 
+void write_sizes(const std::filesystem::path& folder) {
+  std::ofstream names{folder / "sets.txt"};
+  const auto write = [&](const std::string& name, const Eigen::Matrix3Xf& points) {
+    names << name << '\n';
+    write_floats(folder / (name + ".f32"), points);
+  };
+  for (const auto& [name, n] : {std::pair{"uniform_1e4", 10'000},
+                                {"uniform_1e5", 100'000},
+                                {"uniform_1e6", 1'000'000},
+                                {"uniform_1e7", 10'000'000}}) {
+    // As dense as a million in a cube of half a metre, so that a radius means the same.
+    write(name, uniform(n) * 0.5f * std::cbrt(float(n) / 1e6f));
+  }
+  write("clustered_1e6", clustered(1'000'000));
+  write("duplicates_1e6", duplicates(1'000'000));
+  write("flat_1e6", flat(1'000'000));
+}
+
+/// Frames of a camera on its way, and pairs of each and the one before.
+void write_sequence(const std::filesystem::path& folder) {
+  std::vector<point_cloud<float, 3>> frames;
+  std::vector<Eigen::Isometry3d> poses;
+  std::vector<int> steps;
+  const auto kinect_folder = real / "rgbd/7scenes_1000";
+  for (int step = 0; step < 1000; ++step) {
+    const std::string number = std::to_string(step);
+    const auto name = kinect_folder / ("frame-" + std::string(6 - number.size(), '0') + number);
+    if (!std::filesystem::exists(name.string() + ".depth.png")) continue;
+    frames.push_back(cloud_from_depth(read_depth_png(name.string() + ".depth.png"), kinect) |
+                     remove_invalid());
+    poses.push_back(matrix_in(name.string() + ".pose.txt"));
+    steps.push_back(step);
+  }
+  for (int step = 0; frames.size() < 49 && (steps.empty() || steps.back() + 1 == step); ++step) {
+    const auto simulated = simulate(step, {.noise = 0.001});
+    auto camera = simulated.camera;
+    poses.push_back(camera.to_world);
+    camera.to_world.setIdentity();
+    frames.push_back(cast<float>(cloud_from_depth(simulated.depth, camera)) | remove_invalid());
+    steps.push_back(step);
+  }
+  pair_writer pairs{folder};
+  std::ofstream names{folder / "sets.txt"};
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const std::string number = std::to_string(steps[f]);
+    const std::string name = "frame_" + std::string(3 - number.size(), '0') + number;
+    names << name << '\n';
+    write_floats(folder / (name + ".f32"), frames[f].points);
+    if (f > 0 && steps[f] == steps[f - 1] + 1)
+      pairs.write(name, frames[f] | voxel_downsample(0.01), frames[f - 1] | voxel_downsample(0.01),
+                  0.05, 15, poses[f - 1].inverse() * poses[f]);
+  }
+}
+
+/// One scan, one large cloud, and pairs of scans.
+void write_tasks(const std::filesystem::path& folder) {
   pair_writer pairs{folder};
   write_simulated_pair(pairs);
   if (const auto frames = real / "rgbd/7scenes_1000"; std::filesystem::exists(frames))
@@ -152,4 +242,21 @@ int main(int, char** argv) {
   write_floats(folder / "large_normals.f32", estimate_normals(large.points, knn{30}).normals);
   write_text(point_cloud<float, 3>{.points = large.points}, folder / "large.xyz", {.names = false});
   std::cout << "large.ply and its like: " << large.size() << " points\n";
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  const std::string what = count == 3 ? arguments[1] : "";
+  if (what == "tasks") {
+    write_tasks(arguments[2]);
+  } else if (what == "sizes") {
+    write_sizes(arguments[2]);
+  } else if (what == "sequence") {
+    write_sequence(arguments[2]);
+  } else {
+    std::cerr << "benchmark_data tasks|sizes|sequence FOLDER\n";
+    return 1;
+  }
+  return 0;
 }

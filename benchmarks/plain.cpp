@@ -51,18 +51,19 @@ void tree_build(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(tree_build);
 
-void knn_of_all(benchmark::State& state) {
+template <int K>
+void knn_search(benchmark::State& state) {
   const indexed_frame indexed;
   const int n = indexed.size();
   double sum = 0;
   for (auto _ : state) {
-    std::vector<std::uint32_t> indices(std::size_t(n) * neighbor_count);
+    std::vector<std::uint32_t> indices(std::size_t(n) * K);
     std::vector<float> distances(indices.size());
 #pragma omp parallel for schedule(dynamic, 256)
     for (int i = 0; i < n; ++i) {
-      float* d = distances.data() + i * neighbor_count;
-      indexed.tree.knnSearch(indexed[i], neighbor_count, indices.data() + i * neighbor_count, d);
-      for (int k = 0; k < neighbor_count; ++k) d[k] = std::sqrt(d[k]);
+      float* d = distances.data() + std::size_t(i) * K;
+      indexed.tree.knnSearch(indexed[i], K, indices.data() + std::size_t(i) * K, d);
+      for (int k = 0; k < K; ++k) d[k] = std::sqrt(d[k]);
     }
     benchmark::DoNotOptimize(distances.data());
     state.PauseTiming();
@@ -71,7 +72,14 @@ void knn_of_all(benchmark::State& state) {
   }
   report_result(state, sum);
 }
+void knn_of_all(benchmark::State& state) {
+  knn_search<neighbor_count>(state);
+}
 CILANTRO_BENCHMARK(knn_of_all);
+void knn_30_of_all(benchmark::State& state) {
+  knn_search<many_neighbors>(state);
+}
+CILANTRO_BENCHMARK(knn_30_of_all);
 
 void radius_of_all(benchmark::State& state) {
   const indexed_frame indexed;
@@ -94,6 +102,33 @@ void radius_of_all(benchmark::State& state) {
   report_result(state, sum);
 }
 CILANTRO_BENCHMARK(radius_of_all);
+
+/// In any order and not kept: only the sum of the distances of each point.
+void radius_any_order(benchmark::State& state) {
+  const indexed_frame indexed;
+  const int n = indexed.size();
+  std::vector<float> sums(std::size_t{0} + n);
+#if NANOFLANN_VERSION >= 0x150
+  const nanoflann::SearchParameters unsorted{0, false};
+#else
+  const nanoflann::SearchParams unsorted{32, 0, false};
+#endif
+  for (auto _ : state) {
+#pragma omp parallel
+    {
+      std::vector<search_result> found;
+#pragma omp for schedule(dynamic, 256)
+      for (int i = 0; i < n; ++i) {
+        indexed.tree.radiusSearch(indexed[i], voxel_edge * voxel_edge, found, unsorted);
+        float sum = 0;
+        for (const auto& [index, distance] : found) sum += std::sqrt(distance);
+        sums[std::size_t(i)] = sum;
+      }
+    }
+  }
+  report_result(state, std::accumulate(sums.begin(), sums.end(), 0.0));
+}
+CILANTRO_BENCHMARK(radius_any_order);
 
 void normals(benchmark::State& state) {
   double sum = 0;

@@ -21,13 +21,14 @@ namespace {
 using open3d::geometry::KDTreeFlann;
 using open3d::geometry::PointCloud;
 
+PointCloud cloud_of(const std::vector<float>& xyz) {
+  PointCloud made;
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
+    made.points_.emplace_back(double(xyz[i]), double(xyz[i + 1]), double(xyz[i + 2]));
+  return made;
+}
 const PointCloud& points() {
-  static const PointCloud cloud = [] {
-    PointCloud made;
-    for (std::size_t i = 0; i < frame().size(); i += 3)
-      made.points_.emplace_back(double(frame()[i]), double(frame()[i + 1]), double(frame()[i + 2]));
-    return made;
-  }();
+  static const PointCloud cloud = cloud_of(frame());
   return cloud;
 }
 
@@ -71,6 +72,13 @@ void knn_of_all(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(knn_of_all);
 
+void knn_30_of_all(benchmark::State& state) {
+  search(state, [](const auto& tree, const auto& p, auto& indices, auto& distances) {
+    tree.SearchKNN(p, many_neighbors, indices, distances);
+  });
+}
+CILANTRO_BENCHMARK(knn_30_of_all);
+
 void radius_of_all(benchmark::State& state) {
   search(state, [](const auto& tree, const auto& p, auto& indices, auto& distances) {
     tree.SearchRadius(p, double(voxel_edge), indices, distances);
@@ -78,13 +86,13 @@ void radius_of_all(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(radius_of_all);
 
-void normals(benchmark::State& state) {
+void normals_of(benchmark::State& state, const open3d::geometry::KDTreeSearchParam& near) {
   double sum = 0;
   for (auto _ : state) {
     state.PauseTiming();
     PointCloud cloud = points();
     state.ResumeTiming();
-    cloud.EstimateNormals(open3d::geometry::KDTreeSearchParamKNN(neighbor_count));
+    cloud.EstimateNormals(near);
     cloud.OrientNormalsTowardsCameraLocation(Eigen::Vector3d::Zero());
     benchmark::DoNotOptimize(cloud.normals_.data());
     state.PauseTiming();
@@ -94,18 +102,48 @@ void normals(benchmark::State& state) {
   }
   report_result(state, sum);
 }
+void normals(benchmark::State& state) {
+  normals_of(state, open3d::geometry::KDTreeSearchParamKNN(neighbor_count));
+}
 CILANTRO_BENCHMARK(normals);
+void normals_by_radius(benchmark::State& state) {
+  normals_of(state, open3d::geometry::KDTreeSearchParamRadius(double(voxel_edge)));
+}
+CILANTRO_BENCHMARK(normals_by_radius);
 
-void voxels(benchmark::State& state) {
+void voxels_of(benchmark::State& state, const PointCloud& cloud, float edge) {
   double count = 0;
   for (auto _ : state) {
-    const auto reduced = points().VoxelDownSample(double(voxel_edge));
+    const auto reduced = cloud.VoxelDownSample(double(edge));
     benchmark::DoNotOptimize(reduced.get());
     count = double(reduced->points_.size());
   }
   report_result(state, count);
 }
+void voxels(benchmark::State& state) {
+  voxels_of(state, points(), voxel_edge);
+}
 CILANTRO_BENCHMARK(voxels);
+void voxels_5_mm(benchmark::State& state) {
+  voxels_of(state, points(), small_voxel_edge);
+}
+CILANTRO_BENCHMARK(voxels_5_mm);
+void large_voxels(benchmark::State& state) {
+  voxels_of(state, cloud_of(large_points()), large_voxel_edge);
+}
+CILANTRO_BENCHMARK(large_voxels);
+
+/// In place and in double.
+void large_transform(benchmark::State& state) {
+  PointCloud cloud = cloud_of(large_points());
+  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  turn.topLeftCorner<3, 3>() = Eigen::AngleAxisd{0.3, Eigen::Vector3d::UnitZ()}.toRotationMatrix();
+  for (auto _ : state) {
+    cloud.Transform(turn);
+    benchmark::DoNotOptimize(cloud.points_.data());
+  }
+}
+CILANTRO_BENCHMARK(large_transform);
 
 void ply_read(benchmark::State& state) {
   double sum = 0;

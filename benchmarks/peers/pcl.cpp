@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <omp.h>
+#include <pcl/common/transforms.h>
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/filters/voxel_grid.h>
@@ -23,13 +24,13 @@ namespace {
 
 using cloud_type = pcl::PointCloud<pcl::PointXYZ>;
 
+cloud_type::Ptr cloud_of(const std::vector<float>& xyz) {
+  cloud_type::Ptr made{new cloud_type};
+  for (std::size_t i = 0; i < xyz.size(); i += 3) made->push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
+  return made;
+}
 const cloud_type::Ptr& points() {
-  static const cloud_type::Ptr cloud = [] {
-    cloud_type::Ptr made{new cloud_type};
-    for (std::size_t i = 0; i < frame().size(); i += 3)
-      made->push_back({frame()[i], frame()[i + 1], frame()[i + 2]});
-    return made;
-  }();
+  static const cloud_type::Ptr cloud = cloud_of(frame());
   return cloud;
 }
 
@@ -74,6 +75,13 @@ void knn_of_all(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(knn_of_all);
 
+void knn_30_of_all(benchmark::State& state) {
+  search(state, [](const auto& tree, int i, auto& indices, auto& distances) {
+    tree.nearestKSearch(*points(), i, many_neighbors, indices, distances);
+  });
+}
+CILANTRO_BENCHMARK(knn_30_of_all);
+
 void radius_of_all(benchmark::State& state) {
   search(state, [](const auto& tree, int i, auto& indices, auto& distances) {
     tree.radiusSearch(*points(), i, voxel_edge, indices, distances);
@@ -81,7 +89,9 @@ void radius_of_all(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(radius_of_all);
 
-void normals(benchmark::State& state) {
+/// `ask(estimation)` says which neighbours count.
+template <class F>
+void normals_of(benchmark::State& state, F ask) {
   double sum = 0;
   for (auto _ : state) {
     pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimation{
@@ -89,7 +99,7 @@ void normals(benchmark::State& state) {
     pcl::search::KdTree<pcl::PointXYZ>::Ptr tree{new pcl::search::KdTree<pcl::PointXYZ>};
     estimation.setInputCloud(points());
     estimation.setSearchMethod(tree);
-    estimation.setKSearch(neighbor_count);
+    ask(estimation);
     estimation.setViewPoint(0, 0, 0);
     pcl::PointCloud<pcl::Normal> found;
     estimation.compute(found);
@@ -102,14 +112,21 @@ void normals(benchmark::State& state) {
   }
   report_result(state, sum);
 }
+void normals(benchmark::State& state) {
+  normals_of(state, [](auto& estimation) { estimation.setKSearch(neighbor_count); });
+}
 CILANTRO_BENCHMARK(normals);
+void normals_by_radius(benchmark::State& state) {
+  normals_of(state, [](auto& estimation) { estimation.setRadiusSearch(double(voxel_edge)); });
+}
+CILANTRO_BENCHMARK(normals_by_radius);
 
-void voxels(benchmark::State& state) {
+void voxels_of(benchmark::State& state, const cloud_type::ConstPtr& cloud, float edge) {
   double count = 0;
   for (auto _ : state) {
     pcl::VoxelGrid<pcl::PointXYZ> grid;
-    grid.setInputCloud(points());
-    grid.setLeafSize(voxel_edge, voxel_edge, voxel_edge);
+    grid.setInputCloud(cloud);
+    grid.setLeafSize(edge, edge, edge);
     cloud_type reduced;
     grid.filter(reduced);
     benchmark::DoNotOptimize(reduced.data());
@@ -117,7 +134,33 @@ void voxels(benchmark::State& state) {
   }
   report_result(state, count);
 }
+void voxels(benchmark::State& state) {
+  voxels_of(state, points(), voxel_edge);
+}
 CILANTRO_BENCHMARK(voxels);
+void voxels_5_mm(benchmark::State& state) {
+  voxels_of(state, points(), small_voxel_edge);
+}
+CILANTRO_BENCHMARK(voxels_5_mm);
+void large_voxels(benchmark::State& state) {
+  voxels_of(state, cloud_of(large_points()), large_voxel_edge);
+}
+CILANTRO_BENCHMARK(large_voxels);
+
+void large_transform(benchmark::State& state) {
+  const auto cloud = cloud_of(large_points());
+  Eigen::Isometry3f turn = Eigen::Isometry3f::Identity();
+  turn.linear() = Eigen::AngleAxisf{0.3f, Eigen::Vector3f::UnitZ()}.toRotationMatrix();
+  double last = 0;
+  for (auto _ : state) {
+    cloud_type moved;
+    pcl::transformPointCloud(*cloud, moved, turn.matrix());
+    benchmark::DoNotOptimize(moved.data());
+    last = double(moved.back().x);
+  }
+  report_result(state, last);
+}
+CILANTRO_BENCHMARK(large_transform);
 
 void ply_read(benchmark::State& state) {
   double sum = 0;

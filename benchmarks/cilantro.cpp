@@ -242,6 +242,17 @@ void kmeans_100(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(kmeans_100);
 
+/// The modes that every hundredth point climbs to, among all.
+void mean_shift_seeds(benchmark::State& state) {
+  Eigen::Matrix3Xf seeds(3, points().size() / 100);
+  for (index_t s = 0; s < seeds.cols(); ++s) seeds.col(s) = points()[100 * s];
+  double modes = 0;
+  for (auto _ : state)
+    modes = double(mean_shift(points(), seeds, density_radius, flat_kernel{}).size());
+  report_result(state, modes);
+}
+CILANTRO_BENCHMARK(mean_shift_seeds);
+
 void plane_200(benchmark::State& state) {
   double inliers = 0;
   for (auto _ : state) {

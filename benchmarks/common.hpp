@@ -48,7 +48,7 @@ inline std::vector<float> read_floats(const char* name) {
   std::ifstream in{data_path(name), std::ios::binary};
   const std::vector<char> bytes{std::istreambuf_iterator<char>{in}, {}};
   if (bytes.empty()) {
-    std::fprintf(stderr, "no data: run scripts/benchmark.sh\n");
+    std::fprintf(stderr, "no data: run benchmarks/run.sh\n");
     std::exit(1);
   }
   const auto* first = reinterpret_cast<const float*>(bytes.data());

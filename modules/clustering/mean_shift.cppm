@@ -29,41 +29,101 @@ struct mean_shift_result : clusters {
   index_t unconverged = 0;        ///< Seeds that were still moving after the last iteration.
 };
 
-/// Where one seed has come to.
+/// Where seeds have come to.
 template <Scalar S, int D>
-struct shifted_seed {
-  point_vector<S, D> place;
-  double density = 0;  ///< 0 if there is no point around.
-  bool is_at_rest = false;
+struct shifted_seeds {
+  point_matrix<S, D> places;
+  std::vector<double> densities;  ///< 0 if there is no point around.
+  std::vector<std::int32_t> moving;
 };
 
-/// Moves a seed to the weighted mean of the points around it, again and again.
-template <NeighborSearcher T, Kernel K>
-[[nodiscard]] auto shift_seed(const T& searcher,
-                              points_view<typename T::scalar, T::static_dimension> points,
-                              index_t dimension, const typename T::scalar* seed, double bandwidth,
-                              const K& kernel, const mean_shift_options& options,
-                              std::vector<neighbor<typename T::scalar>>& near) {
-  using S = typename T::scalar;
-  constexpr int D = T::static_dimension;
-  shifted_seed<S, D> now{Eigen::Map<const point_vector<S, D>>{seed, dimension}};
-  for (int step = 0; !now.is_at_rest; ++step) {
-    searcher.find(now.place, radius{bandwidth * kernel_support<K>()}, near);
-    now.density = 0;
-    // Around the place itself, so that far from the origin nothing is lost.
-    point_vector<double, D> sum = point_vector<double, D>::Zero(dimension);
-    const point_vector<double, D> place = now.place.template cast<double>();
-    for (const auto& [i, distance] : near) {
-      const double weight = kernel(double(distance) / bandwidth);
-      now.density += weight;
-      sum += weight * (points[i].template cast<double>() - place);
+/// What the points around a place add up to.
+template <int D>
+struct kernel_sum {
+  point_vector<double, D>
+      shift;  ///< Around the place itself, so that far from the origin nothing is lost.
+  double density = 0;
+};
+
+/// Moves each seed to the weighted mean of the points around it, again and again. `sum_around(
+/// places, f)` calls `f(k, sum)` for those of some places that have points around them.
+template <Scalar S, int D, class SumAround>
+[[nodiscard]] shifted_seeds<S, D> shift_seeds(points_view<S, D> seeds, double bandwidth,
+                                              const mean_shift_options& options,
+                                              SumAround sum_around) {
+  const auto n = static_cast<std::size_t>(seeds.size());
+  shifted_seeds<S, D> all{seeds.matrix(), std::vector<double>(n), std::vector<std::int32_t>(n)};
+  std::ranges::copy(std::views::iota(0, std::int32_t(seeds.size())), all.moving.begin());
+  point_matrix<S, D> places;
+  std::vector<std::uint8_t> goes_on;
+  for (int step = 0; !all.moving.empty(); ++step) {
+    places.resize(seeds.dimension(), std::ssize(all.moving));
+    for (index_t k = 0; k < places.cols(); ++k) {
+      const auto seed = all.moving[static_cast<std::size_t>(k)];
+      places.col(k) = all.places.col(seed);
+      all.densities[static_cast<std::size_t>(seed)] = 0;
     }
-    if (!(now.density > 0) || step == options.max_iterations) return now;
-    const point_vector<double, D> shift = sum / now.density;
-    now.is_at_rest = shift.norm() <= options.tolerance * bandwidth;
-    if (!now.is_at_rest) now.place = (place + shift).template cast<S>();
+    goes_on.assign(all.moving.size(), 0);
+    sum_around(as_points(places), [&](index_t k, const kernel_sum<D>& sum) {
+      const auto seed = all.moving[static_cast<std::size_t>(k)];
+      all.densities[static_cast<std::size_t>(seed)] = sum.density;
+      if (!(sum.density > 0)) return;
+      const point_vector<double, D> shift = sum.shift / sum.density;
+      const bool is_at_rest = shift.norm() <= options.tolerance * bandwidth;
+      if (is_at_rest) return;
+      goes_on[static_cast<std::size_t>(k)] = 1;
+      if (step < options.max_iterations)
+        all.places.col(seed) = (places.col(k).template cast<double>() + shift).template cast<S>();
+    });
+    std::size_t left = 0;
+    for (std::size_t k = 0; k < goes_on.size(); ++k)
+      if (goes_on[k]) all.moving[left++] = all.moving[k];
+    all.moving.resize(left);
+    if (options.monitor.progress) options.monitor.progress(double(n - left) / double(n));
+    if (step >= options.max_iterations) break;
   }
-  return now;
+  return all;
+}
+
+/// The sums around places: of neighbours in blocks, in the order in which they are found, or, for a
+/// kernel without an end, of all points.
+template <Scalar S, int D, Kernel K>
+[[nodiscard]] auto kernel_sums(const kd_tree<S, D>& tree, points_view<S, D> points,
+                               double bandwidth, const K& kernel,
+                               const mean_shift_options& options) {
+  return [&, points, bandwidth](points_view<S, D> places, auto f) {
+    const auto sum_of = [&](index_t k, auto&& indices, auto distance_of) {
+      const point_vector<double, D> place = places[k].template cast<double>();
+      kernel_sum<D> sum{point_vector<double, D>::Zero(place.size())};
+      for (std::size_t m = 0; m < indices.size(); ++m) {
+        const point_vector<double, D> apart = points[indices[m]].template cast<double>() - place;
+        const double weight = kernel(distance_of(m, apart) / bandwidth);
+        sum.density += weight;
+        sum.shift += weight * apart;
+      }
+      f(k, sum);
+    };
+    const task_monitor stop_only{{}, options.monitor.stop};
+    if constexpr (kernel_support<K>() < std::numeric_limits<double>::infinity()) {
+      visit_neighborhoods(
+          tree, places, radius{bandwidth * kernel_support<K>()},
+          [&](const neighborhood_block<S>& block) {
+            for (index_t i = 0; i < block.size(); ++i)
+              sum_of(block.query(i), block[i].indices(),
+                     [&](std::size_t m, const auto&) { return double(block[i].distances()[m]); });
+          },
+          {.ascending = false, .threads = options.threads, .monitor = stop_only});
+    } else {
+      std::vector<index_t> finite;
+      for (index_t i = 0; i < points.size(); ++i)
+        if (is_finite(points[i])) finite.push_back(i);
+      parallel_blocks(
+          places.size(), 1, {options.threads, stop_only}, [&](index_t k, index_t, index_t) {
+            if (is_finite(places[k]))
+              sum_of(k, finite, [](std::size_t, const auto& apart) { return apart.norm(); });
+          });
+    }
+  };
 }
 
 /// What the seeds have found, merged: which of `modes` each seed has reached, −1 for none.
@@ -92,32 +152,19 @@ template <Scalar S, int D, Kernel K>
   if (points.empty()) return result;
   const points_view<S, C> closed_points{points};
   const kd_tree<S, C> tree{closed_points, {.threads = options.threads}};
-  const index_t dimension = points.dimension();
-  point_matrix<S, C> places(dimension, seeds.size());
-  std::vector<double> densities(static_cast<std::size_t>(seeds.size()));
-  std::vector<std::uint8_t> moving(densities.size());
-  parallel_blocks(seeds.size(), 32, {options.threads, options.monitor},
-                  [&](index_t, index_t begin, index_t end) {
-                    std::vector<neighbor<S>> near;
-                    for (index_t i = begin; i < end; ++i) {
-                      const auto found = shift_seed(tree, closed_points, dimension,
-                                                    seeds.data() + i * seeds.stride(), bandwidth,
-                                                    kernel, options, near);
-                      places.col(i) = found.place;
-                      densities[static_cast<std::size_t>(i)] = found.density;
-                      moving[static_cast<std::size_t>(i)] = found.density > 0 && !found.is_at_rest;
-                    }
-                  });
-  for (const auto is_moving : moving) result.unconverged += is_moving;
+  const auto shifted =
+      shift_seeds<S, C>(points_view<S, C>{seeds}, bandwidth, options,
+                        kernel_sums<S, C>(tree, closed_points, bandwidth, kernel, options));
+  result.unconverged = std::ssize(shifted.moving);
   const auto merged =
-      merge_modes<S, C>(as_points(places), densities,
+      merge_modes<S, C>(as_points(shifted.places), shifted.densities,
                         options.merge_distance.value_or(bandwidth / 2), options.threads);
   const auto labels = seeds_are_points
                           ? merged.reached
                           : closed_nearest<S, C, euclidean>(as_points(merged.modes), closed_points,
                                                             {.threads = options.threads});
   static_cast<clusters&>(result) = clusters{labels};
-  result.modes.resize(dimension, result.size());
+  result.modes.resize(points.dimension(), result.size());
   for (index_t c = 0; c < result.size(); ++c) {
     const auto mode = labels[static_cast<std::size_t>(result[c].front())];
     result.modes.col(c) = merged.modes.col(mode);

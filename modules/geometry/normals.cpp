@@ -242,15 +242,16 @@ void fit_block(points_view<S, D> points, const neighborhood_block<S>& block,
 
 template <Scalar S, int D>
 void visit(points_view<S, D> points, const neighborhood_spec& spec, const normals_options& options,
-           const neighborhood_visitor<S>& f) {
+           bool ascending, const neighborhood_visitor<S>& f) {
   const kd_tree<S, D> tree{points, {.threads = options.threads}};
-  visit_neighborhoods(tree, points, spec, f,
-                      {.threads = options.threads, .monitor = options.monitor});
+  visit_neighborhoods(
+      tree, points, spec, f,
+      {.ascending = ascending, .threads = options.threads, .monitor = options.monitor});
 }
 
 template <Scalar S, int D>
 void visit(points_view<S, D> points, const neighborhoods<S>& near, const normals_options& options,
-           const neighborhood_visitor<S>& f) {
+           bool /*as they are*/, const neighborhood_visitor<S>& f) {
   expects(near.size() == points.size(),
           "estimate_normals: there must be one neighborhood per point");
   expects(std::ranges::all_of(near.indices(),
@@ -273,9 +274,10 @@ void visit(points_view<S, D> points, const neighborhoods<S>& near, const normals
 
 template <Scalar S, int D, class Near, class F>
 normals_result<S, D> fit_planes(points_view<S, D> points, const Near& near,
-                                const normals_options& options, F fit) {
+                                const normals_options& options, bool ascending, F fit) {
   plane_writer<S, D> out{points, options};
-  visit<S, D>(points, near, options, [&](const neighborhood_block<S>& block) { fit(block, out); });
+  visit<S, D>(points, near, options, ascending,
+              [&](const neighborhood_block<S>& block) { fit(block, out); });
   return out.take();
 }
 
@@ -284,14 +286,15 @@ normals_result<S, D> fit_planes(points_view<S, D> points, const Near& near,
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
                                     const normals_options& options) {
-  return fit_planes(points, spec, options,
+  // Sums have no order that matters, and a third of the time would be spent on one.
+  return fit_planes(points, spec, options, false,
                     [&](const auto& block, auto& out) { fit_block(points, block, out); });
 }
 
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
                                     const normals_options& options) {
-  return fit_planes(points, near, options,
+  return fit_planes(points, near, options, true,
                     [&](const auto& block, auto& out) { fit_block(points, block, out); });
 }
 
@@ -300,7 +303,7 @@ normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& nea
                                        const normals_options& options,
                                        const covariance_function<S, D>& estimate) {
   const estimated_fit<S, D> fit{points, estimate};
-  return fit_planes(points, near, options, [&](const auto& block, auto& out) {
+  return fit_planes(points, near, options, true, [&](const auto& block, auto& out) {
     for (index_t i = 0; i < block.size(); ++i)
       if (const auto found = fit(block[i].indices())) out.write(block.query(i), *found);
   });

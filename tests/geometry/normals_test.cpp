@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <stop_token>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -139,15 +140,33 @@ TEST_CASE_TEMPLATE("neighborhoods found by another searcher give the same normal
   const auto found = estimate_normals(points, find_neighborhoods(searcher, points, knn{10}));
   CHECK(test::same_bits(found.normals, direct.normals));
   CHECK(test::same_bits(found.curvature, direct.curvature));
+
+  // Within a radius they are added up in no particular order, which rounding in double is all of.
+  using S = typename T::scalar;
+  const auto by_radius = estimate_normals(points, radius{0.3});
+  const auto ascending =
+      estimate_normals(points, find_neighborhoods(searcher, points, radius{0.3}));
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const auto a = by_radius.normals.col(i), b = ascending.normals.col(i);
+    CHECK((a.isZero(0) == b.isZero(0)));
+    CHECK((a - b).norm() <= (std::is_same_v<S, float> ? 1e-5 : 1e-10));
+  }
 }
 
 TEST_CASE_TEMPLATE("normals have the same bits for any number of threads", T, ALL_SPACES) {
   const auto points = test::random_points<T>(3000, 5);
-  const auto one = estimate_normals(points, knn{10}, {.threads = 1});
-  for (const int threads : {2, 5}) {
-    const auto many = estimate_normals(points, knn{10}, {.threads = threads});
-    CHECK(test::same_bits(many.normals, one.normals));
-    CHECK(test::same_bits(many.curvature, one.curvature));
+  for (const neighborhood_spec& spec :
+       {neighborhood_spec{knn{10}}, neighborhood_spec{radius{0.2}}}) {
+    const auto one = estimate_normals(points, spec, {.threads = 1});
+    for (const int threads : {2, 5}) {
+      const auto many = estimate_normals(points, spec, {.threads = threads});
+      CHECK(test::same_bits(many.normals, one.normals));
+      CHECK(test::same_bits(many.curvature, one.curvature));
+    }
+    for (const auto target : test::available_targets()) {
+      const test::using_target use{target};
+      CHECK(test::same_bits(estimate_normals(points, spec).normals, one.normals));
+    }
   }
 }
 

@@ -10,9 +10,9 @@ namespace cilantro {
 
 /// Tests a family of models of yours on samples of its own data: that samples are fitted again to
 /// the same model, with residuals that are not negative, nearly 0 in a minimal sample unless that
-/// is `overdetermined`, and the same one by one and in blocks; and that a sample of one datum only,
-/// again and again, is degenerate. Returns a sentence for each violation; none means that it may be
-/// used. `tolerance` is what nearly 0 means, in the units of the residuals.
+/// is `overdetermined`, and the same one by one, in blocks and in scores; and that a sample of one
+/// datum only, again and again, is degenerate. Returns a sentence for each violation; none means
+/// that it may be used. `tolerance` is what nearly 0 means, in the units of the residuals.
 export template <RansacModel F>
 [[nodiscard]] std::vector<std::string> check_ransac_model(const F& family, double tolerance,
                                                           bool overdetermined = false,
@@ -52,6 +52,21 @@ export template <RansacModel F>
         violations.expect(std::isnan(block[i]) == std::isnan(residuals[i]) &&
                               !(std::abs(double(block[i]) - residuals[i]) > tolerance),
                           "residuals in a block differ from those one by one");
+    }
+    if constexpr (ScoresModels<F>) {
+      // Between two residuals that are clearly apart, so that rounding decides nothing.
+      auto sorted = residuals;
+      std::erase_if(sorted, [](double r) { return std::isnan(r); });
+      std::ranges::sort(sorted);
+      for (std::size_t k = sorted.size() / 2; k + 1 < sorted.size(); ++k) {
+        if (!(sorted[k + 1] - sorted[k] > 2 * tolerance)) continue;
+        data_score sum;
+        family.score(std::span{&*model, 1}, 0, n,
+                     {(sorted[k] + sorted[k + 1]) / 2, ransac_score::inliers}, std::span{&sum, 1});
+        violations.expect(sum.inliers == static_cast<index_t>(k) + 1,
+                          "the score of many data is not that of their residuals");
+        break;
+      }
     }
   }
   if (m > 1) {

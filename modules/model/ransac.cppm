@@ -54,6 +54,13 @@ export struct residual_scoring {
 
 export inline constexpr index_t models_at_a_time = 8;
 
+/// A family that looks at several models at once.
+template <class F>
+concept ScoresModels =
+    requires(const F& family, std::span<const typename F::model_type> models, index_t i,
+             const residual_scoring& scoring,
+             std::span<data_score> sums) { family.score(models, i, i, scoring, sums); };
+
 export struct ransac_options {
   /// Data up to this residual are inliers. No default: it is in the units of the residuals.
   positive max_residual;
@@ -169,7 +176,7 @@ class ransac_search {
   void score_block(std::span<const model_type> models, index_t first, index_t count,
                    std::span<data_score> sums) const {
     const residual_scoring all{options_.max_residual, options_.score, active_};
-    if constexpr (requires { family_.score(models, first, count, all, sums); }) {
+    if constexpr (ScoresModels<F>) {
       family_.score(models, first, count, all, sums);
     } else {
       const auto size = static_cast<std::size_t>(count);

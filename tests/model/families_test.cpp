@@ -71,9 +71,13 @@ TEST_CASE("a family that breaks its contract is told so") {
       return model{double(indices.size())};
     }
     static double residual(const model&, index_t i) { return double(i) - 5; }
+    static void score(std::span<const model>, index_t, index_t, const residual_scoring&,
+                      std::span<data_score> sums) {
+      sums[0].inliers += 1;
+    }
   };
   static_assert(RansacModel<crooked>);
-  CHECK(check_ransac_model(crooked{}, 1e-9).size() == 3);
+  CHECK(check_ransac_model(crooked{}, 1e-9).size() == 4);
 }
 
 TEST_CASE_TEMPLATE("a line in any dimension is that of least squares", T, ALL_SPACES) {

@@ -51,7 +51,7 @@ def read_all(results):
         name, threads = path.name.rsplit(".", 1)
         return int(threads), name
     return {(path.name.rsplit(".", 1)[0], int(path.name.rsplit(".", 1)[1])): read(path)
-            for path in sorted(results.iterdir(), key=order)}
+            for path in sorted(filter(pathlib.Path.is_dir, results.iterdir()), key=order)}
 
 
 def is_equal(by_library, library):

@@ -55,8 +55,9 @@ one_round() {
   for program in build/benchmark/benchmarks/*_benchmarks $peers/*_benchmarks; do
     [ -x "$program" ] || continue
     OMP_NUM_THREADS=$2 CILANTRO_BENCHMARK_DATA=$data CILANTRO_BENCHMARK_FRAME=$1 \
-      "$program" --benchmark_filter="$4" --benchmark_min_time=0.1 --benchmark_out_format=json \
-      --benchmark_out="$folder/$(basename "$program" _benchmarks).$3.json" > /dev/null
+      "$program" --benchmark_filter="$4" --benchmark_min_warmup_time=0.001 --benchmark_min_time=0.1 \
+      --benchmark_out_format=json --benchmark_out="$folder/$(basename "$program" _benchmarks).$3.json" \
+      > $results/log.txt 2>&1 || { tail -n 5 $results/log.txt >&2; fail "$program failed"; }
   done
 }
 

@@ -31,7 +31,7 @@ int bit_width(std::uint64_t value) {
 template <class Key>
 struct key_run {
   Key key;
-  std::int32_t number;  ///< In the order of the points; before that is known, where it ends.
+  std::int32_t begin, size;
 };
 
 /// Sorts by the lowest `bits` of the keys, keeping the order of equal keys, with `other` as room;
@@ -44,7 +44,7 @@ bool radix_sort(std::span<Run> runs, std::span<Run> other, int bits) {
   const int digit_bits = (bits + rounds - 1) / rounds;
   const std::size_t digits = std::size_t{1} << digit_bits;
   if (runs.size() < digits / 16) {
-    std::ranges::sort(runs, {}, [](const Run& run) { return std::pair{run.key, run.number}; });
+    std::ranges::sort(runs, {}, [](const Run& run) { return std::pair{run.key, run.begin}; });
     return false;
   }
   const auto digit = [&](const Run& run, int round) {
@@ -76,7 +76,7 @@ class key_sorter {
     cut(bits);
   }
 
-  /// `indices` names the points; those of a group ascend.
+  /// `indices` names the points, ascending, and so do those of a group.
   [[nodiscard]] point_groups groups(std::span<const std::int32_t> indices,
                                     index_t min_points) const {
     const std::size_t parts = parts_.size() - 1;
@@ -84,7 +84,7 @@ class key_sorter {
     for_each_part([&](std::size_t part) {
       for (std::size_t r = parts_[part]; r < parts_[part + 1]; ++r) {
         groups[part + 1] += is_last_of_group(part, r);
-        members[part + 1] += static_cast<std::size_t>(length(r));
+        members[part + 1] += static_cast<std::size_t>(runs_[r].size);
       }
     });
     std::partial_sum(groups.begin(), groups.end(), groups.begin());
@@ -92,14 +92,18 @@ class key_sorter {
     point_groups found;
     found.offsets.resize(groups.back() + 1);
     found.members.resize(members.back());
+    // Where none is missing, a place in the list is the point.
+    const bool are_all = indices.empty() || std::cmp_equal(indices.back() + 1, indices.size());
     for_each_part([&](std::size_t part) {
       index_t* group = found.offsets.data() + groups[part] + 1;
       std::int32_t* out = found.members.data() + members[part];
       const std::int32_t* const end = found.members.data() + members[part + 1];
       for (std::size_t r = parts_[part]; r < parts_[part + 1]; ++r) {
-        const auto size = length(r);
-        copy_some(indices, static_cast<std::size_t>(starts_[number(r)]), size, out, end);
-        out += size;
+        if (are_all)
+          count_from(runs_[r], out, end);
+        else
+          std::copy_n(indices.data() + runs_[r].begin, runs_[r].size, out);
+        out += runs_[r].size;
         *group = out - found.members.data();
         group += is_last_of_group(part, r);
       }
@@ -109,25 +113,16 @@ class key_sorter {
   }
 
  private:
-  [[nodiscard]] std::size_t number(std::size_t r) const {
-    return static_cast<std::size_t>(runs_[r].number);
-  }
-  [[nodiscard]] std::int32_t length(std::size_t r) const {
-    return starts_[number(r) + 1] - starts_[number(r)];
-  }
   [[nodiscard]] bool is_last_of_group(std::size_t part, std::size_t r) const {
     return r + 1 == parts_[part + 1] || runs_[r + 1].key != runs_[r].key;
   }
 
-  /// Most runs are short, but nobody can foresee how short: more is copied than needed if there is
+  /// Most runs are short, but nobody can foresee how short: more is written than needed if there is
   /// room for it, and overwritten by the next one.
-  static void copy_some(std::span<const std::int32_t> from, std::size_t begin, std::int32_t size,
-                        std::int32_t* out, const std::int32_t* end) {
+  static void count_from(const key_run<Key>& run, std::int32_t* out, const std::int32_t* end) {
     constexpr std::int32_t most = 8;
-    if (size <= most && begin + most <= from.size() && end - out >= most)
-      std::copy_n(from.data() + begin, most, out);
-    else
-      std::copy_n(from.data() + begin, size, out);
+    const std::int32_t size = run.size <= most && end - out >= most ? most : run.size;
+    for (std::int32_t i = 0; i < size; ++i) out[i] = run.begin + i;
   }
 
   static void leave_out_small(point_groups& groups, index_t min_points) {
@@ -159,20 +154,20 @@ class key_sorter {
       for (index_t i = 0; i < end - begin; ++i) {
         const Key key = keys[static_cast<std::size_t>(i)];
         last += key != keys[static_cast<std::size_t>(std::max<index_t>(i, 1) - 1)];
-        out[last] = {key, static_cast<std::int32_t>(begin + i + 1)};
+        out[last] = {key, static_cast<std::int32_t>(begin + i + 1), 0};  // Where it ends so far.
       }
       count[static_cast<std::size_t>(b)] = last + 1;
     });
     std::size_t total = 0;
     for (const std::size_t some : count) total += some;
-    starts_.resize(total + 1);
-    starts_[0] = 0;
-    std::size_t number = 0;
+    key_run<Key>* out = runs_.data();
+    std::int32_t begin = 0;
     for (std::size_t b = 0; b < count.size(); ++b) {
       const key_run<Key>* from = runs_.data() + b * std::size_t{default_block_size};
-      for (std::size_t k = 0; k < count[b]; ++k, ++number) {
-        starts_[number + 1] = from[k].number;
-        runs_[number] = {from[k].key, static_cast<std::int32_t>(number)};
+      for (std::size_t k = 0; k < count[b]; ++k) {
+        const auto [key, end, unused] = from[k];
+        *out++ = {key, begin, end - begin};
+        begin = end;
       }
     }
     runs_.resize(total);
@@ -210,7 +205,6 @@ class key_sorter {
   }
   const execution& how_;
   buffer<key_run<Key>> runs_;
-  buffer<std::int32_t> starts_;     ///< The first point of each run, and behind the last one.
   std::vector<std::size_t> parts_;  ///< Where each part begins, and where the last ends.
 };
 

@@ -82,6 +82,7 @@ class nearest_of_block {
     for (; near != 0; near &= near - 1) {
       const int q = __builtin_ctz(near);
       const all sums = queries_.sums_to(block, q);
+      CILANTRO_COUNT(distances, width);
       unsigned which = bits(sums <= all(worst_sum_[q]));
       if (which == 0) continue;
       const candidates<S> found{sums, indices};
@@ -188,6 +189,7 @@ std::ptrdiff_t within(const block_tree<S>& tree, const block_tree<S>& queries, s
     all difference[D];
     for (int d = 0; d < D; ++d) difference[d] = query[d] - load<all>(block + d * width);
     const all sums = sum_of_squares(difference);
+    CILANTRO_COUNT(distances, width);
     const unsigned which = bits(sums <= all(limit));
     if (which == 0) continue;
     const auto all_indices =

@@ -71,6 +71,19 @@ struct block_search {
                            void* room, std::int32_t* indices, S* distances);
 };
 
+/// What searches have done. Counted only by a target for tests, where CILANTRO_COUNT_WORK is set;
+/// it costs nothing elsewhere.
+struct search_work {
+  std::int64_t nodes;      ///< Whose children were looked at, by a block of queries.
+  std::int64_t distances;  ///< From a query to a place of a block.
+};
+#ifdef CILANTRO_COUNT_WORK
+extern search_work counted_work;
+#define CILANTRO_COUNT(what, amount) counted_work.what += amount
+#else
+#define CILANTRO_COUNT(what, amount) static_cast<void>(0)
+#endif
+
 /// A candidate in `room`.
 inline constexpr std::size_t candidate_size = 16;
 

@@ -113,6 +113,7 @@ CILANTRO_ALWAYS_INLINE void walk(const block_tree<S>& tree, const query_block<S,
   for (;;) {
     bool is_leaf = true;
     while (node < first_leaf) {
+      CILANTRO_COUNT(nodes, 1);
       const auto [first, second, swap] =
           queries.bounds_to_children(tree.children + std::ptrdiff_t{16} * node);
       const S near = swap ? second : first, far = swap ? first : second;

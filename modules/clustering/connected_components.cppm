@@ -59,6 +59,32 @@ export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
   return components_of(sets, {}, options);
 }
 
+/// Which points have been joined, and which are in a set at all.
+struct joined_points {
+  explicit joined_points(index_t size) : sets{size}, belongs(static_cast<std::size_t>(size)) {}
+  disjoint_sets sets;
+  std::vector<std::uint8_t> belongs;
+};
+
+template <NeighborSearcher T, SimilarityFunction<typename T::scalar> F>
+[[nodiscard]] joined_points join_neighbors(
+    const T& searcher, points_view<typename T::scalar, T::static_dimension> points,
+    neighborhood_spec spec, const F& similar, const components_options& options) {
+  using S = typename T::scalar;
+  joined_points joined{points.size()};
+  visit_neighborhoods(searcher, points, spec,
+                      [&](const neighborhood_block<S>& block) {
+                        for (index_t q = 0; q < block.size(); ++q) {
+                          const index_t i = block.query(q);
+                          if (!is_finite(points[i])) continue;
+                          joined.belongs[static_cast<std::size_t>(i)] = 1;
+                          join_similar<S>(joined.sets, i, block[q], similar);
+                        }
+                      },
+                      {.ascending = false, .threads = options.threads, .monitor = options.monitor});
+  return joined;
+}
+
 /// As above, of points whose neighbours a searcher finds. They are compared as they are found and
 /// not kept: memory is O(N), about 20 bytes a point beside the searcher, for any neighbourhood.
 /// Points that are not finite are in no component. Throws `invalid_input` unless the searcher can
@@ -68,24 +94,12 @@ export template <NeighborSearcher T, PointsOrCloud P,
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,
                                             neighborhood_spec spec, const F& similar = {},
                                             const components_options& options = {}) {
-  using S = typename T::scalar;
-  const points_view<S, T::static_dimension> view = places_in(points);
+  const points_view<typename T::scalar, T::static_dimension> view = places_in(points);
   expects(view.size() == index_t(searcher.size()),
           "connected_components: searcher and points must have the same size");
   expect_sensible(options, view.size());
-  disjoint_sets sets{view.size()};
-  std::vector<std::uint8_t> belongs(static_cast<std::size_t>(view.size()));
-  visit_neighborhoods(searcher, view, spec,
-                      [&](const neighborhood_block<S>& block) {
-                        for (index_t q = 0; q < block.size(); ++q) {
-                          const index_t i = block.query(q);
-                          if (!is_finite(view[i])) continue;
-                          belongs[static_cast<std::size_t>(i)] = 1;
-                          join_similar<S>(sets, i, block[q], similar);
-                        }
-                      },
-                      {.ascending = false, .threads = options.threads, .monitor = options.monitor});
-  return components_of(sets, belongs, options);
+  auto joined = join_neighbors(searcher, view, spec, similar, options);
+  return components_of(joined.sets, joined.belongs, options);
 }
 
 /// As above, through a kd-tree.
@@ -96,8 +110,11 @@ export template <PointsOrCloud P,
                                             const components_options& options = {}) {
   const auto view = places_in(points);
   if (view.empty()) return {};
-  const kd_tree tree{view, {.threads = options.threads}};
-  return connected_components(tree, view, spec, similar, options);
+  expect_sensible(options, view.size());
+  // The tree is gone before the components are.
+  auto joined =
+      join_neighbors(kd_tree{view, {.threads = options.threads}}, view, spec, similar, options);
+  return components_of(joined.sets, joined.belongs, options);
 }
 
 }  // namespace cilantro

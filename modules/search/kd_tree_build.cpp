@@ -97,8 +97,6 @@ class tree_builder {
     };
     while (wanted(index_t{1} << tree_.levels) && (index_t{2} << tree_.levels) <= blocks)
       ++tree_.levels;
-    tree_.coordinates.resize(static_cast<std::size_t>(blocks * points_per_block * dimension()));
-    tree_.indices.resize(static_cast<std::size_t>(blocks * points_per_block));
     tree_.cuts.resize((std::size_t{1} << tree_.levels) - 1);
     if constexpr (nodes_type::has_boxes) {
       tree_.boxes.resize(static_cast<std::size_t>(8 * blocks));
@@ -120,6 +118,11 @@ class tree_builder {
     }
     in_parallel(index_t{1} << shared, [&](index_t k) { split_all(shared, k); });
     report(double(tree_.levels + 1) / double(tree_.levels + 2));
+    // What is needed from here on takes the place of what no longer is.
+    spare_ = buffer<record>{};
+    const auto places = static_cast<std::size_t>(tree_.blocks() * points_per_block);
+    tree_.coordinates.resize(places * static_cast<std::size_t>(dimension()));
+    tree_.indices.resize(places);
     parallel_for(tree_.blocks(), {how_.threads, {{}, how_.monitor.stop}},
                  [&](index_t b) { fill(b); });
     if constexpr (nodes_type::has_boxes) {

@@ -108,7 +108,7 @@ class voxel_grid {
   /// Throws `invalid_input` for edges that are not positive, an origin that is not finite, a
   /// negative `min_points`, and a point whose cell coordinate would not fit 62 bits. O(N) for cells
   /// whose coordinates differ in 64 bits altogether, a few times slower beyond. Memory: 4 bytes a
-  /// point and 8 a cell, and up to 20 bytes a point while it is built.
+  /// point and 8 a cell, and up to 36 bytes a point while it is built.
   voxel_grid(points_view<S, D> points, const voxel_size& size, const voxel_options& options = {})
       : points_{points},
         layout_{layout_of<D>(size, options, points.dimension())},

@@ -8,9 +8,13 @@ sequence: a curve over its frames, and a box for each library. Needs matplotlib 
 import argparse
 import pathlib
 import statistics
+import sys
 
 import compare
-import matplotlib
+try:
+    import matplotlib
+except ImportError:
+    sys.exit(f"no plot: {sys.executable} has no matplotlib (Debian: python3-matplotlib)")
 matplotlib.use("svg")
 from matplotlib import pyplot
 

@@ -22,6 +22,8 @@ namespace {
 constexpr index_t width = points_per_block;
 /// Blocks of queries that are answered by one thread at a time.
 constexpr index_t blocks_at_a_time = query_block_size / width;
+/// So many neighbours are kept before they are handed on, and those of one more query.
+constexpr std::size_t most_kept = std::size_t{1} << 18;
 
 template <Scalar S, int D>
 const detail::block_search<S>& kernels() {
@@ -91,9 +93,11 @@ class block_queries {
                             {queries().indices + begin * width, indices, distances, nullptr});
   }
 
-  /// All that is found for the b-th block, of the queries that are wanted.
-  void find(index_t b, std::span<const std::uint8_t> wanted, bool ascending,
-            found_block<S>& out) const {
+  /// All that is found for the b-th block, of the queries that are wanted. `out` goes through
+  /// `hand_on` whenever it holds much; what is in it in the end is the rest.
+  template <class F>
+  void find(index_t b, std::span<const std::uint8_t> wanted, bool ascending, found_block<S>& out,
+            F hand_on) const {
     const auto [begin, end] = range(b);
     const auto is_wanted = [&](std::int32_t q) {
       return wanted.empty() || wanted[static_cast<std::size_t>(q)];
@@ -106,7 +110,7 @@ class block_queries {
     if (is_counted_)
       find_nearest(begin, end, is_wanted, out);
     else
-      find_within(begin, end, is_wanted, ascending, out);
+      find_within(begin, end, is_wanted, ascending, out, hand_on);
   }
 
  private:
@@ -139,9 +143,9 @@ class block_queries {
     }
   }
 
-  template <class W>
-  void find_within(index_t begin, index_t end, W is_wanted, bool ascending,
-                   found_block<S>& out) const {
+  template <class W, class F>
+  void find_within(index_t begin, index_t end, W is_wanted, bool ascending, found_block<S>& out,
+                   F hand_on) const {
     const auto n = static_cast<std::size_t>(tree_.blocks);
     // Not cleared: of many, few are used.
     const auto blocks = std::make_unique_for_overwrite<std::int32_t[]>(n + 1);
@@ -165,6 +169,7 @@ class block_queries {
         out.counts.back() = static_cast<std::int32_t>(found);
         out.indices.resize(at + static_cast<std::size_t>(found));
         out.distances.resize(out.indices.size());
+        if (out.indices.size() > most_kept) hand_on(out);
       }
     }
   }
@@ -228,7 +233,7 @@ neighborhoods<S> find_all_in_blocks(const kd_tree_nodes<S, D>& nodes, points_vie
   std::vector<found_block<S>> blocks(static_cast<std::size_t>(search.size()));
   parallel_blocks(search.size(), 1, how, [&](index_t b, index_t, index_t) {
     auto& block = blocks[static_cast<std::size_t>(b)];
-    search.find(b, {}, true, block);
+    search.find(b, {}, true, block, [](const found_block<S>&) {});
     for (std::size_t i = 0; i < block.queries.size(); ++i)
       offsets[static_cast<std::size_t>(block.queries[i]) + 1] = block.counts[i];
   });
@@ -256,7 +261,10 @@ void visit_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries
   const execution how{options.threads, options.monitor};
   parallel_blocks(search.size(), 1, how, [&](index_t b, index_t, index_t) {
     found_block<S> block;
-    search.find(b, options.wanted, options.ascending, block);
+    search.find(b, options.wanted, options.ascending, block, [&](found_block<S>& much) {
+      visit(much.view());
+      much = found_block<S>{};
+    });
     visit(block.view());
   });
 }

@@ -118,6 +118,27 @@ TEST_CASE("blocks do not depend on the number of threads") {
   }
 }
 
+TEST_CASE_TEMPLATE("large neighborhoods are handed on in parts, each query once", T, test::f2,
+                   test::f3, test::d2, test::d3) {
+  const auto points = test::random_points<T>(3000);
+  const kd_tree tree{points};
+  std::vector<int> visits(3000);
+  std::size_t most = 0;
+  visit_neighborhoods(tree, as_points(points), radius{1e6},
+                      [&](const neighborhood_block<typename T::scalar>& block) {
+                        std::size_t kept = 0;
+                        for (index_t i = 0; i < block.size(); ++i) {
+                          ++visits[static_cast<std::size_t>(block.query(i))];
+                          CHECK(block[i].size() == 3000);
+                          kept += static_cast<std::size_t>(block[i].size());
+                        }
+                        most = std::max(most, kept);
+                      },
+                      {.ascending = false, .threads = 1});
+  CHECK(std::ranges::all_of(visits, [](int v) { return v == 1; }));
+  CHECK(most <= (std::size_t{1} << 18) + 3000);
+}
+
 TEST_CASE("what cannot be visited is refused, and a visit can be stopped") {
   const auto points = test::random_points<test::f3>(5000, 7);
   const kd_tree tree{points};

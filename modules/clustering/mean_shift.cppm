@@ -34,7 +34,7 @@ template <Scalar S, int D>
 struct shifted_seeds {
   point_matrix<S, D> places;
   std::vector<double> densities;  ///< 0 if there is no point around.
-  std::vector<std::int32_t> moving;
+  std::vector<index_t> moving;
 };
 
 /// What the points around a place add up to.
@@ -52,8 +52,8 @@ template <Scalar S, int D, class SumAround>
                                               const mean_shift_options& options,
                                               SumAround sum_around) {
   const auto n = static_cast<std::size_t>(seeds.size());
-  shifted_seeds<S, D> all{seeds.matrix(), std::vector<double>(n), std::vector<std::int32_t>(n)};
-  std::ranges::copy(std::views::iota(0, std::int32_t(seeds.size())), all.moving.begin());
+  shifted_seeds<S, D> all{seeds.matrix(), std::vector<double>(n), std::vector<index_t>(n)};
+  std::ranges::copy(std::views::iota(index_t{0}, seeds.size()), all.moving.begin());
   point_matrix<S, D> places;
   std::vector<std::uint8_t> goes_on;
   for (int step = 0; !all.moving.empty(); ++step) {

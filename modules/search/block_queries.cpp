@@ -22,8 +22,6 @@ namespace {
 constexpr index_t width = points_per_block;
 /// Blocks of queries that are answered by one thread at a time.
 constexpr index_t blocks_at_a_time = query_block_size / width;
-/// So many neighbours are kept before they are handed on, and those of one more query.
-constexpr std::size_t most_kept = std::size_t{1} << 18;
 
 template <Scalar S, int D>
 const detail::block_search<S>& kernels() {

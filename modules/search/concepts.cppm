@@ -84,6 +84,9 @@ struct found_block {
   }
 };
 
+/// So many neighbours are kept before a visitor gets them, and those of one more query.
+inline constexpr std::size_t most_kept = std::size_t{1} << 18;
+
 /// Asks for every q in [0, queries) that is wanted, in parallel. `make_find()` is called once a
 /// block and returns a function `find(q, out)` that may keep what it needs between queries.
 template <Scalar S, class F>
@@ -98,6 +101,9 @@ void visit_queries(index_t queries, const neighborhood_visitor<S>& visit,
       if (!options.wanted.empty() && !options.wanted[static_cast<std::size_t>(q)]) continue;
       find(q, found);
       block.add(q, found);
+      if (block.indices.size() <= most_kept) continue;
+      visit(block.view());
+      block = found_block<S>{};
     }
     visit(block.view());
   });

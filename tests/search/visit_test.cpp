@@ -118,8 +118,7 @@ TEST_CASE("blocks do not depend on the number of threads") {
   }
 }
 
-TEST_CASE_TEMPLATE("large neighborhoods are handed on in parts, each query once", T, test::f2,
-                   test::f3, test::d2, test::d3) {
+TEST_CASE_TEMPLATE("large neighborhoods are handed on in parts, each query once", T, ALL_SPACES) {
   const auto points = test::random_points<T>(3000);
   const kd_tree tree{points};
   std::vector<int> visits(3000);

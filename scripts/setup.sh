@@ -37,15 +37,17 @@ libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
 '
 packages_to_benchmark='
 libbenchmark-dev|Google Benchmark
-libnanoflann-dev|nanoflann, to compare with
+'
+packages_to_test_and_benchmark='
+libnanoflann-dev|nanoflann, for an example and to compare with
 '
 
 mode=${1:-run}
 case $mode in
   run) wanted=$packages_to_run ;;
-  test) wanted=$packages_to_run$packages_to_test ;;
-  check) wanted=$packages_to_run$packages_to_test$packages_to_check ;;
-  benchmark) wanted=$packages_to_run$packages_to_benchmark ;;
+  test) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark ;;
+  check) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_to_check ;;
+  benchmark) wanted=$packages_to_run$packages_to_benchmark$packages_to_test_and_benchmark ;;
   *) fail "usage: scripts/setup.sh run|test|check|benchmark" ;;
 esac
 

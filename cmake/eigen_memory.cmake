@@ -2,7 +2,7 @@
 # that plain free cannot undo (0). Importers of the library must agree with it (modules/eigen.cppm).
 include(CheckCXXSourceCompiles)
 
-function(cilantro_ask_whether_eigen_uses_malloc flags result)
+function(cilantro_ask_whether_eigen_uses_malloc eigen_folder flags result)
   string(TOUPPER "CMAKE_CXX_FLAGS_${CMAKE_BUILD_TYPE}" flags_of_build_type)
   set(all "${CMAKE_CXX_FLAGS} ${${flags_of_build_type}} ${flags}")
   # Asking takes a second, and nothing else changes it.
@@ -12,7 +12,7 @@ function(cilantro_ask_whether_eigen_uses_malloc flags result)
   endif()
   string(SHA1 answer "${all}")
   set(answer CILANTRO_EIGEN_USES_MALLOC_${answer})
-  set(CMAKE_REQUIRED_LIBRARIES Eigen3::Eigen)
+  set(CMAKE_REQUIRED_INCLUDES ${eigen_folder})
   set(CMAKE_REQUIRED_DEFINITIONS -DEIGEN_MAX_ALIGN_BYTES=16)
   set(CMAKE_REQUIRED_FLAGS "${${flags_of_build_type}} ${flags}")
   set(CMAKE_REQUIRED_QUIET TRUE)

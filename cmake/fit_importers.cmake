@@ -11,6 +11,9 @@ set(cilantro_language_option
 
 # At the end of `directory`, fits the interfaces of `library` to the targets in it and below that link it.
 function(cilantro_fit_importers library directory)
+  # Asked here, since the folder above may not see the target.
+  get_property(eigen TARGET Eigen3::Eigen PROPERTY INTERFACE_INCLUDE_DIRECTORIES)
+  set_property(TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER ${eigen})
   cmake_language(DEFER DIRECTORY ${directory} GET_CALL_IDS calls)
   if(NOT "fit ${library}" IN_LIST calls)
     # Evaluated now, since a deferred call evaluates its arguments when it is made.
@@ -163,7 +166,7 @@ function(_cilantro_speak interfaces language importer)
   if(imported)
     # -w: warnings about a library that one only uses say nothing, nor do those about how CMake calls Clang.
     set_property(TARGET ${interfaces} PROPERTY IMPORTED_CXX_MODULES_COMPILE_OPTIONS
-      -w -Wno-unused-command-line-argument ${options})
+      -w -Qunused-arguments ${options})
   else()
     target_compile_options(${interfaces} PRIVATE ${options})
   endif()
@@ -193,8 +196,7 @@ endfunction()
 
 # Two versions of Eigen, or two ways of allocating in one of them, are two libraries with the same names.
 function(_cilantro_expect_one_eigen target linked library)
-  get_property(ours TARGET Eigen3::Eigen PROPERTY INTERFACE_INCLUDE_DIRECTORIES)
-  list(GET ours 0 ours)
+  get_property(ours TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER)
   _cilantro_version_of_eigen("${ours}" our_version)
   get_property(folders TARGET ${target} PROPERTY INCLUDE_DIRECTORIES)
   get_property(options TARGET ${target} PROPERTY COMPILE_OPTIONS)
@@ -220,7 +222,7 @@ function(_cilantro_expect_one_eigen target linked library)
   string(REGEX MATCHALL "-(m[a-z]|fsanitize)[^ ;>\"]*" flags "${options}")
   list(REMOVE_DUPLICATES flags)
   list(JOIN flags " " flags)
-  cilantro_ask_whether_eigen_uses_malloc("${flags}" uses_malloc)
+  cilantro_ask_whether_eigen_uses_malloc("${ours}" "${flags}" uses_malloc)
   get_property(definitions TARGET ${library} PROPERTY INTERFACE_COMPILE_DEFINITIONS)
   if(NOT "CILANTRO_EIGEN_MALLOC_ALREADY_ALIGNED=${uses_malloc}" IN_LIST definitions)
     string(STRIP "${CMAKE_CXX_FLAGS} ${flags}" flags)

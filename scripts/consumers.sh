@@ -1,0 +1,135 @@
+#!/usr/bin/env bash
+# Builds and runs projects that use cilantro as others do: scripts/consumers.sh [CASE...]
+#
+# Each is built from the installed package; what ends in /within builds the library within the project. Without
+# names, all; --list names them. What cannot work must be refused in configuration, by the words that stand here.
+#
+#   CILANTRO_PREFIX    an installed cilantro, instead of the release build's
+#   CXX                the compiler, clang++-22 otherwise
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source=$PWD
+compiler=${CXX:-clang++-22}
+folder=build/consumers
+projects=tests/consumers
+
+cases=(default_settings release debug standards refusals mixed exports from_gcc
+  standard_23 standard_26 extensions_on extensions_off openmp_flag warnings undefined_sanitizer thread_sanitizer
+  unoptimized march_native static with_pcl with_open3d
+  objects/within fetch/within shared/within march_native/within address_sanitizer/within)
+
+configure() {  # PROJECT [ARGUMENT...]: into $build
+  local project=$1
+  shift
+  cmake -S "$project" -B "$build" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_PREFIX_PATH="$prefix" "$@"
+}
+run_consumer() { "$build/import_only" "$build/cloud.ply" && "$build/eigen_first"; }
+consume() { configure $projects "$@" && cmake --build "$build" && run_consumer; }
+# A first build says nothing of warnings, nor anything else that looks broken.
+consume_silently() {
+  consume "$@" | tee "$build.first"
+  ! grep -iE 'warning|unused' "$build.first"
+}
+project() { configure "$@" && cmake --build "$build"; }
+within() { consume -DCILANTRO_SOURCE="$source" "$@"; }
+# Its last argument: a part of the one sentence that must say why.
+refuse() {
+  local because=${*: -1} said
+  rm -rf "$build"
+  said=$(configure $projects "${@:1:$#-1}" 2>&1) && { echo "not refused: $because"; return 1; }
+  tr -s '\n ' ' ' <<< "$said" | sed 's|.*CMake Error|CMake Error|' | grep -F "$because"
+}
+skip() { echo "skipped: $*"; return 77; }
+
+run_case() {
+  case $1 in
+    default_settings) consume_silently ;;
+    release) consume -DCMAKE_BUILD_TYPE=Release ;;
+    debug) consume -DCMAKE_BUILD_TYPE=Debug ;;
+    standard_23) consume_silently -DCMAKE_CXX_STANDARD=23 ;;
+    standard_26) consume -DCMAKE_CXX_STANDARD=26 ;;
+    extensions_on) consume -DCMAKE_CXX_STANDARD=20 -DCMAKE_CXX_EXTENSIONS=ON ;;
+    extensions_off) consume_silently -DCMAKE_CXX_STANDARD=20 -DCMAKE_CXX_EXTENSIONS=OFF ;;
+    openmp_flag) consume_silently -DCONSUMER_OPTIONS=-fopenmp ;;
+    warnings) consume '-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror' ;;
+    undefined_sanitizer) consume -DCMAKE_CXX_FLAGS=-fsanitize=undefined ;;
+    # The runtime of OpenMP is not compiled for it; a tool of its tells who waits for whom.
+    thread_sanitizer)
+      export OMP_TOOL_LIBRARIES=/usr/lib/llvm-22/lib/libarcher.so TSAN_OPTIONS=ignore_noninstrumented_modules=1
+      consume -DCONSUMER_OPTIONS=-fsanitize=thread ;;
+    unoptimized) consume -DCMAKE_CXX_FLAGS=-O0 ;;
+    static) consume -DCMAKE_EXE_LINKER_FLAGS=-static-libstdc++ -DBUILD_SHARED_LIBS=OFF ;;
+    march_native)
+      if "$compiler" -march=native -dM -E -x c++ /dev/null | grep -q __AVX__; then
+        refuse -DCMAKE_CXX_FLAGS=-march=native 'is compiled with -march=native, under which Eigen allocates'
+      else
+        consume -DCMAKE_CXX_FLAGS=-march=native
+      fi ;;
+    refusals)
+      refuse -DCMAKE_CXX_FLAGS=-mavx 'is compiled with -mavx, under which Eigen allocates'
+      refuse -DCONSUMER_OPTIONS=-fsanitize=address 'is compiled with -fsanitize=address, under which'
+      local other=$PWD/$build.eigen/Eigen/src/Core/util
+      mkdir -p "$other"
+      printf '#define EIGEN_%s_VERSION 3\n' WORLD MAJOR MINOR > "$other/Macros.h"
+      refuse -DCONSUMER_INCLUDES="$PWD/$build.eigen" 'finds Eigen 3.3.3 in'
+      refuse -G 'Unix Makefiles' 'which need the Ninja generator'
+      refuse -DCILANTRO_SOURCE="$source" -DCONSUMER_OPTIONS=-mavx 'is compiled with -mavx, under which Eigen allocates' ;;
+    mixed)
+      project $projects/mixed
+      for name in plain strict with_openmp/parallel; do "$build/$name"; done ;;
+    exports)
+      local installed=$PWD/$build/installed
+      project $projects/exports/library -DCMAKE_INSTALL_PREFIX="$installed"
+      cmake --install "$build"
+      prefix="$installed;$prefix" build=$build/program project $projects/exports/program
+      "$build/program/program" ;;
+    from_gcc)
+      cmake -S examples/from_gcc -B "$build" -G Ninja -DCLANG="$compiler" -DCMAKE_PREFIX_PATH="$prefix"
+      cmake --build "$build"
+      "$build/installed/bin/program" ;;
+    with_pcl | with_open3d)
+      local name=${1#with_}
+      compgen -G "/usr/lib/*/cmake/$name" > /dev/null || compgen -G "/usr/lib/*/cmake/${name/open3d/Open3D}" > /dev/null ||
+        skip "lib$name-dev is not installed"
+      project $projects/$1
+      "$build/program" ;;
+    # Its interfaces and what imports them; that the library itself compiles so, others show.
+    objects/within)
+      configure $projects -DCILANTRO_SOURCE="$source" -DCMAKE_CXX_STANDARD=23 -DCMAKE_CXX_EXTENSIONS=OFF
+      cmake --build "$build" --target CMakeFiles/import_only.dir/import_only.cpp.o CMakeFiles/eigen_first.dir/eigen_first.cpp.o ;;
+    fetch/within) project $projects/fetch -DCILANTRO_SOURCE="$source" && "$build/program" ;;
+    shared/within) within -DBUILD_SHARED_LIBS=ON ;;
+    march_native/within) within -DCMAKE_CXX_FLAGS=-march=native ;;
+    address_sanitizer/within) within -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS=-fsanitize=address ;;
+    *) echo "there is no case $1"; return 2 ;;
+  esac
+}
+
+[ "${1:-}" != --list ] || { printf '%s\n' "${cases[@]}"; exit; }
+mkdir -p $folder
+if [ -z "${CILANTRO_PREFIX:-}" ]; then
+  scripts/build.sh release all
+  CILANTRO_PREFIX=$PWD/$folder/prefix
+  cmake --install build/release --prefix "$CILANTRO_PREFIX" > /dev/null
+fi
+failed=0
+[ $# -gt 0 ] || set -- "${cases[@]}"
+for name in "$@"; do
+  build=$folder/${name/\//_} prefix=$CILANTRO_PREFIX
+  rm -rf "$build"
+  begin=$SECONDS status=0
+  # Apart, so that errors end it: they do not where a status is asked for.
+  set +e
+  (set -e; run_case "$name") > "$build.log" 2>&1
+  status=$?
+  set -e
+  case $status in
+    0) result=passed ;;
+    77) result=$(tail -n 1 "$build.log") ;;
+    *) result="FAILED: $build.log" failed=1 ;;
+  esac
+  printf '%-28s %4d s  %s\n' "$name" $((SECONDS - begin)) "$result"
+  [ $status != 0 ] && [ $status != 77 ] && tail -n 25 "$build.log"
+  rm -rf "$build" "$build.eigen"
+done
+exit $failed

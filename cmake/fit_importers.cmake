@@ -5,8 +5,9 @@
 # only for targets that link the package directly. So, when all targets of a project are known, those that import
 # are asked for their settings, and the interfaces get the same: one set of them for each language that is spoken.
 
-# How options that are part of the language begin: those in which Clang expects importers to agree.
-set(cilantro_language_option
+# How options that are part of the language begin: those in which Clang expects importers to agree. A property, since
+# variables of this folder are not seen where the fitting is done.
+set_property(GLOBAL PROPERTY CILANTRO_LANGUAGE_OPTION
   "-(std=|stdlib=|pthread|m[a-z]|f(no-)?(openmp|openacc|sanitize|exceptions|rtti|fast-math|math-errno|builtin|trapv|wrapv|signed-char|unsigned-char|short-wchar|char8_t|blocks|ms-extensions|freestanding|strict-flex-arrays|stack-protector|cf-protection))")
 
 # At the end of `directory`, fits the interfaces of `library` to the targets in it and below that link it.
@@ -142,7 +143,8 @@ function(_cilantro_language_of target linked result)
   else()
     set(language "-std=c++${newest}")
   endif()
-  string(REGEX MATCHALL "${cilantro_language_option}[^ ;>\"]*" options "${options}")
+  get_property(language_option GLOBAL PROPERTY CILANTRO_LANGUAGE_OPTION)
+  string(REGEX MATCHALL "${language_option}[^ ;>\"]*" options "${options}")
   list(REMOVE_DUPLICATES options)
   list(SORT options)
   list(JOIN options " " options)
@@ -160,7 +162,8 @@ function(_cilantro_speak interfaces language importer)
   set_target_properties(${interfaces} PROPERTIES CXX_STANDARD ${CMAKE_MATCH_2} CXX_EXTENSIONS ${extensions})
   set(options "")
   if(language MATCHES " ")
-    set(options "$<FILTER:$<TARGET_PROPERTY:${importer},COMPILE_OPTIONS>,INCLUDE,${cilantro_language_option}>")
+    get_property(language_option GLOBAL PROPERTY CILANTRO_LANGUAGE_OPTION)
+    set(options "$<FILTER:$<TARGET_PROPERTY:${importer},COMPILE_OPTIONS>,INCLUDE,${language_option}>")
   endif()
   get_property(imported TARGET ${interfaces} PROPERTY IMPORTED)
   if(imported)

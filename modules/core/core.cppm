@@ -19,3 +19,4 @@ export import :disjoint_sets;
 export import :eigenpairs;
 export import :violations;
 export import :vector_target;
+export import :version;

@@ -1,0 +1,35 @@
+# What `cpack` makes: the library with its interfaces, and the program, as Debian packages.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME cilantro)
+set(CPACK_PACKAGE_VENDOR cilantro)
+set(CPACK_PACKAGE_CONTACT "the cilantro developers")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL development program)
+if(NOT TARGET cilantro_tool)
+  set(CPACK_COMPONENTS_ALL development)
+endif()
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_STRIP_FILES ON)
+
+set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION
+  "${PROJECT_DESCRIPTION}\nThe compiled library, the interfaces of its modules, and the package for CMake.")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcilantro-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+# The compiled library holds this Eigen, and importers must use the same; the archive of a later Debian may have another.
+string(REGEX MATCH "[0-9]+$" cilantro_eigen_patch ${Eigen3_VERSION})
+math(EXPR cilantro_eigen_patch "${cilantro_eigen_patch} + 1")
+string(REGEX REPLACE "[0-9]+$" "${cilantro_eigen_patch}" cilantro_next_eigen ${Eigen3_VERSION})
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+  "libeigen3-dev (>= ${Eigen3_VERSION}), libeigen3-dev (<< ${cilantro_next_eigen}~), libpng-dev, liblzf-dev, libomp-22-dev, libc6-dev")
+# Not required: in Debian 12 a new enough CMake comes from backports.
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
+  "clang-22, clang-tools-22, ninja-build, cmake (>= 3.28)")
+
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
+  "Point clouds on the command line\nShows, converts, filters, aligns and segments point clouds in PLY, PCD and text files.")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME cilantro)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+include(CPack)

@@ -43,20 +43,29 @@ function(_cilantro_fit library directory)
   endforeach()
   list(REMOVE_DUPLICATES languages)
 
+  list(LENGTH languages count)
+  if(count GREATER 1 AND NOT imported)
+    list(GET languages 0 one)
+    list(GET languages 1 other)
+    list(GET "importers in ${one}" 0 one_importer)
+    list(GET "importers in ${other}" 0 other_importer)
+    message(FATAL_ERROR
+      "${one_importer} is compiled with ${one}, and ${other_importer} with ${other}, but a module that is built within the "
+      "project speaks one language: let all targets that import cilantro have the same CMAKE_CXX_STANDARD, "
+      "CMAKE_CXX_EXTENSIONS and options, or install cilantro and use find_package, which can speak several.")
+  endif()
+
+  # The first language is spoken by the package itself, each other one by a copy of it.
   set(interfaces ${library})
-  set(spoken "")
-  foreach(language IN LISTS languages)
-    list(GET "importers in ${language}" 0 importer)
-    if(NOT spoken STREQUAL "")
-      if(NOT imported)
-        message(FATAL_ERROR
-          "${importer} is compiled as ${language}, and ${first_importer} as ${spoken}, but a module that is built in the "
-          "project has one language for all: let both have the same CMAKE_CXX_STANDARD, CMAKE_CXX_EXTENSIONS and options, "
-          "or install cilantro and use find_package, which compiles its interfaces for each.")
-      endif()
-      string(APPEND interfaces "_")
+  foreach(i RANGE 2 ${count})
+    string(APPEND interfaces "_")
+    if(count GREATER 1)  # A range counts downwards, too.
       _cilantro_copy_package(${library} ${interfaces})
     endif()
+  endforeach()
+  set(interfaces ${library})
+  foreach(language IN LISTS languages)
+    list(GET "importers in ${language}" 0 importer)
     _cilantro_speak(${interfaces} "${language}" ${importer})
     if(imported)
       foreach(target IN LISTS "importers in ${language}")
@@ -65,8 +74,7 @@ function(_cilantro_fit library directory)
         set_property(TARGET ${target} PROPERTY LINK_LIBRARIES ${links} ${interfaces})
       endforeach()
     endif()
-    set(spoken "${language}")
-    set(first_importer ${importer})
+    string(APPEND interfaces "_")
   endforeach()
 endfunction()
 
@@ -168,7 +176,7 @@ function(_cilantro_speak interfaces language importer)
   get_property(imported TARGET ${interfaces} PROPERTY IMPORTED)
   if(imported)
     # -w: warnings about a library that one only uses say nothing, nor do those about how CMake calls Clang.
-    set_property(TARGET ${interfaces} PROPERTY IMPORTED_CXX_MODULES_COMPILE_OPTIONS
+    set_property(TARGET ${interfaces} APPEND PROPERTY IMPORTED_CXX_MODULES_COMPILE_OPTIONS
       -w -Qunused-arguments ${options})
   else()
     target_compile_options(${interfaces} PRIVATE ${options})
@@ -179,7 +187,7 @@ endfunction()
 function(_cilantro_copy_package from to)
   add_library(${to} STATIC IMPORTED GLOBAL)  # Importers may be in folders below.
   set(properties CXX_MODULE_STD IMPORTED_CONFIGURATIONS)
-  foreach(name IN ITEMS COMPILE_DEFINITIONS COMPILE_FEATURES INCLUDE_DIRECTORIES LINK_LIBRARIES)
+  foreach(name IN ITEMS COMPILE_DEFINITIONS COMPILE_FEATURES COMPILE_OPTIONS INCLUDE_DIRECTORIES LINK_LIBRARIES)
     list(APPEND properties INTERFACE_${name} IMPORTED_CXX_MODULES_${name})
   endforeach()
   get_property(configurations TARGET ${from} PROPERTY IMPORTED_CONFIGURATIONS)

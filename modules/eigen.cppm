@@ -5,6 +5,18 @@
 // names with internal linkage (Eigen::Dynamic, Eigen::all, Eigen::last) cannot be exported, which
 // is why cilantro::dynamic exists.
 module;
+#if defined(__aarch64__)
+// The same bits as on x86-64 without -march, which has no fused operations: Eigen is to use none,
+// and CMake tells the compiler to make none. docs/determinism.md says how far that carries.
+#include <arm_neon.h>
+#undef __ARM_FEATURE_FMA
+#undef vfmaq_laneq_f32
+#undef vfmaq_laneq_f64
+#define vfmaq_n_f32(c, a, b) vaddq_f32(c, vmulq_n_f32(a, b))
+#define vfmaq_n_f64(c, a, b) vaddq_f64(c, vmulq_n_f64(a, b))
+#define vfmaq_laneq_f32(c, a, b, lane) vaddq_f32(c, vmulq_laneq_f32(a, b, lane))
+#define vfmaq_laneq_f64(c, a, b, lane) vaddq_f64(c, vmulq_laneq_f64(a, b, lane))
+#endif
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>

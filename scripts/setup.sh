@@ -5,6 +5,7 @@
 #   scripts/setup.sh test       that, and what the tests need
 #   scripts/setup.sh check      that, and what formatting, the sanitizers and fuzzing need
 #   scripts/setup.sh benchmark  what the library and the benchmarks need, without the peers
+#   scripts/setup.sh arm64      what tests need, and what building and running them for arm64 needs
 #
 # Installs nothing, and needs neither root nor a network, when everything is there.
 set -euo pipefail
@@ -41,6 +42,10 @@ libbenchmark-dev|Google Benchmark
 packages_to_test_and_benchmark='
 libnanoflann-dev|nanoflann, for an example and to compare with
 '
+packages_for_arm64='
+lld-22|the linker, which knows other machines than this one
+qemu-user-static|runs programs for arm64 here
+'
 
 mode=${1:-run}
 case $mode in
@@ -48,7 +53,8 @@ case $mode in
   test) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark ;;
   check) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_to_check ;;
   benchmark) wanted=$packages_to_run$packages_to_benchmark$packages_to_test_and_benchmark ;;
-  *) fail "usage: scripts/setup.sh run|test|check|benchmark" ;;
+  arm64) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_for_arm64 ;;
+  *) fail "usage: scripts/setup.sh run|test|check|benchmark|arm64" ;;
 esac
 
 is_installed() {

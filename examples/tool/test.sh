@@ -1,10 +1,18 @@
 #!/usr/bin/env bash
-# Tries the program as a user would, the wrong ways included: test.sh CILANTRO QUICKSTART
+# Tries the program as a user would, the wrong ways included: test.sh CILANTRO QUICKSTART [EMULATOR...]
 set -euo pipefail
 cilantro=$1 quickstart=$2
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+# Programs for another machine than this are run by what emulates it.
+if [ $# -gt 2 ]; then
+  for program in "$cilantro" "$quickstart"; do
+    printf '#!/bin/bash\nexec %s "$@"\n' "$(printf '%q ' "${@:3}" "$program")" > "emulated_${program##*/}"
+  done
+  cilantro=$PWD/emulated_${cilantro##*/} quickstart=$PWD/emulated_${quickstart##*/}
+  chmod +x "$cilantro" "$quickstart"
+fi
 
 fail() { echo "FAILED: $*"; exit 1; }
 # expect STATUS WORDS COMMAND...: the status, and words somewhere in what is printed.

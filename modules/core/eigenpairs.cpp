@@ -35,14 +35,50 @@ eigenpairs from_all(const Eigen::MatrixXd& matrix, index_t count) {
   return found;
 }
 
-/// Some rows of matrix · in.
-void multiply(const Eigen::MatrixXd& matrix, index_t row, index_t count,
-              const Eigen::Ref<const Eigen::MatrixXd>& in, Eigen::Ref<Eigen::MatrixXd> out) {
-  // By columns, which is how they lie in memory: it is symmetric.
-  out.middleRows(row, count).noalias() = matrix.middleCols(row, count).transpose() * in;
+using matrix_ref = Eigen::Ref<const Eigen::MatrixXd>;
+
+// How Eigen cuts a product of matrices into blocks, and so its last bits, depends on the machine's
+// caches and registers. A product with a vector is the same everywhere, and as fast where what
+// stays of the matrix is near.
+
+/// The largest strip of a matrix that stays near, in numbers.
+constexpr index_t strip = 16'384;
+
+void multiply_transposed(const matrix_ref& a, const matrix_ref& b,
+                         Eigen::Ref<Eigen::MatrixXd> out) {
+  const index_t width = std::max<index_t>(8, strip / std::max<index_t>(a.rows(), 1) / 8 * 8);
+  for (index_t from = 0; from < a.cols(); from += width) {
+    const index_t count = std::min(width, a.cols() - from);
+    for (index_t c = 0; c < b.cols(); ++c)
+      out.col(c).segment(from, count).noalias() = a.middleCols(from, count).transpose() * b.col(c);
+  }
 }
-void multiply(const sparse_matrix& matrix, index_t row, index_t count,
-              const Eigen::Ref<const Eigen::MatrixXd>& in, Eigen::Ref<Eigen::MatrixXd> out) {
+
+[[nodiscard]] Eigen::MatrixXd transposed_product(const matrix_ref& a, const matrix_ref& b) {
+  Eigen::MatrixXd out(a.cols(), b.cols());
+  multiply_transposed(a, b, out);
+  return out;
+}
+
+[[nodiscard]] Eigen::MatrixXd product(const matrix_ref& a, const matrix_ref& b) {
+  Eigen::MatrixXd out(a.rows(), b.cols());
+  const index_t height = std::max<index_t>(64, strip / std::max<index_t>(a.cols(), 1) / 8 * 8);
+  for (index_t from = 0; from < a.rows(); from += height) {
+    const index_t count = std::min(height, a.rows() - from);
+    for (index_t c = 0; c < b.cols(); ++c)
+      out.col(c).segment(from, count).noalias() = a.middleRows(from, count) * b.col(c);
+  }
+  return out;
+}
+
+/// Some rows of matrix · in.
+void multiply(const Eigen::MatrixXd& matrix, index_t row, index_t count, const matrix_ref& in,
+              Eigen::Ref<Eigen::MatrixXd> out) {
+  // By columns, which is how they lie in memory: it is symmetric.
+  multiply_transposed(matrix.middleCols(row, count), in, out.middleRows(row, count));
+}
+void multiply(const sparse_matrix& matrix, index_t row, index_t count, const matrix_ref& in,
+              Eigen::Ref<Eigen::MatrixXd> out) {
   const auto* start = matrix.outerIndexPtr();
   for (index_t i = row; i < row + count; ++i)
     for (index_t c = 0; c < in.cols(); ++c) {
@@ -71,7 +107,7 @@ class block_lanczos {
     for (auto column : next.colwise()) column = any_vector();
     for (int restart = 0;; ++restart) {
       fill(std::move(next));
-      Eigen::MatrixXd inner = basis_.transpose() * image_;
+      Eigen::MatrixXd inner = transposed_product(basis_, image_);
       inner = (inner + inner.transpose()).eval() / 2;
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz{inner};
       if (ritz.info() != Eigen::Success) return failed();
@@ -79,8 +115,8 @@ class block_lanczos {
       const index_t kept = std::min(room_ - 1, std::max(block_, room_ / 2));
       const Eigen::MatrixXd best = ritz.eigenvectors().rightCols(kept).rowwise().reverse();
       const Eigen::VectorXd values = ritz.eigenvalues().tail(kept).reverse();
-      basis_.leftCols(kept) = (basis_ * best).eval();
-      image_.leftCols(kept) = (image_ * best).eval();
+      basis_.leftCols(kept) = product(basis_, best);
+      image_.leftCols(kept) = product(image_, best);
       size_ = kept;
       next = image_.leftCols(block_) - basis_.leftCols(block_) * values.head(block_).asDiagonal();
       const double scale = ritz.eigenvalues().cwiseAbs().maxCoeff();
@@ -112,7 +148,7 @@ class block_lanczos {
     for (int pass = 0; pass < 2; ++pass) {
       for (auto column : some.colwise())
         if (const double length = column.norm(); length > 0) column /= length;
-      some -= (before * (before.transpose() * some).eval()).eval();
+      some -= product(before, transposed_product(before, some));
       for (auto column : some.colwise())
         if (!(column.norm() > negligible)) column.setZero();
     }

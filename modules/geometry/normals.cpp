@@ -28,7 +28,10 @@ struct least_direction {
 
 least_direction<2> find_least_direction(const Eigen::Matrix2d& m) {
   const double half_sum = (m(0, 0) + m(1, 1)) / 2, half_difference = (m(0, 0) - m(1, 1)) / 2;
-  const double root = std::hypot(half_difference, m(0, 1));
+  // Like std::hypot, whose last bit depends on the machine's C library.
+  const double a = std::abs(half_difference), b = std::abs(m(0, 1));
+  const double larger = std::max(a, b), ratio = std::min(a, b) / larger;
+  const double root = larger > 0 ? larger * std::sqrt(1 + ratio * ratio) : 0;
   // Of the two ways to write the eigenvector of the largest eigenvalue, the one without
   // cancellation.
   Eigen::Vector2d along = half_difference >= 0 ? Eigen::Vector2d{half_difference + root, m(0, 1)}

@@ -70,7 +70,15 @@ Eigen::MatrixXd velocity_field::recentering(const Eigen::VectorXd& center) const
     around_origin.middleRows(k * d, d) = at(y);
     around_center.middleRows(k * d, d) = at(y - center);
   }
-  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>{around_center}.solve(around_origin);
+  // Column by column: how Eigen cuts a solution for several into blocks depends on the machine.
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors{around_center};
+  const index_t rank = factors.nonzeroPivots();
+  const auto triangle = factors.matrixR().topLeftCorner(rank, rank);
+  Eigen::MatrixXd turned = factors.householderQ().adjoint() * around_origin;
+  for (auto column : turned.colwise())
+    triangle.triangularView<Eigen::Upper>().solveInPlace(column.head(rank));
+  turned.middleRows(rank, u - rank).setZero();
+  return factors.colsPermutation() * turned.topRows(u);
 }
 
 double rotation_angle(const Eigen::MatrixXd& linear) {

@@ -3,7 +3,7 @@
 """Makes a program of the code on a page of documentation, and checks what it prints.
 
 snippets.py extract PAGE.md OUT.cpp    the program
-snippets.py check PAGE.md PROGRAM      runs it in a temporary folder
+snippets.py check PAGE.md COMMAND...   runs it in a temporary folder
 
 Fences `cpp` follow each other in one function, so that later ones may use what earlier ones define;
 `cpp global`, and lines that import, stand before it. Code in a comment `<!-- cpp ... -->` is compiled but not shown. What
@@ -49,9 +49,9 @@ def extract(page):
     return f"// Made from {page.name}.{PRELUDE}\n{imports}{at_global}\nint main() {{\n{body}}}\n"
 
 
-def check(page, program):
+def check(page, command):
     with tempfile.TemporaryDirectory() as folder:
-        run = subprocess.run([program], cwd=folder, capture_output=True, text=True)
+        run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     print(run.stdout, run.stderr, sep="")
     if run.returncode != 0:
         sys.exit(f"the program of {page.name} ended with {run.returncode}")
@@ -65,11 +65,11 @@ def check(page, program):
 
 
 def main():
-    mode, page, other = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    mode, page, rest = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3:]
     if mode == "extract":
-        other.write_text(extract(page))
+        pathlib.Path(rest[0]).write_text(extract(page))
     else:
-        check(page, other.resolve())
+        check(page, rest)
 
 
 if __name__ == "__main__":

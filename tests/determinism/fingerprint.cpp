@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+//
+// Prints a hash of the bits of what the main functions give, a line each, for scripts/arm64.sh to
+// compare machines by: fingerprint [DEPTH_IMAGE]
+// What goes in is made of sums, products and square roots only, which every machine rounds alike.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <iostream>
+#include <ranges>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+import cilantro;
+using namespace cilantro;
+
+namespace {
+
+/// FNV-1a over the bytes of numbers, wherever they stand.
+class hash {
+ public:
+  template <class T>
+    requires std::is_arithmetic_v<T>
+  hash& operator<<(T value) {
+    unsigned char bytes[sizeof value];
+    std::memcpy(bytes, &value, sizeof value);
+    for (const unsigned char byte : bytes) state_ = (state_ ^ byte) * 0x100000001b3;
+    return *this;
+  }
+  template <class M>
+  hash& operator<<(const Eigen::MatrixBase<M>& matrix) {
+    const auto values = matrix.eval();
+    for (Eigen::Index j = 0; j < values.cols(); ++j)
+      for (Eigen::Index i = 0; i < values.rows(); ++i) *this << values(i, j);
+    return *this;
+  }
+  template <std::ranges::range R>
+    requires std::is_arithmetic_v<std::ranges::range_value_t<R>>
+  hash& operator<<(const R& values) {
+    for (const auto value : values) *this << value;
+    return *this;
+  }
+  [[nodiscard]] std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_ = 0xcbf29ce484222325;
+};
+
+void report(const std::string& what, const hash& found) {
+  std::printf("%016llx %s\n", static_cast<unsigned long long>(found.value()), what.c_str());
+}
+
+template <class S, int D>
+std::string space(const std::string& input) {
+  return input + (sizeof(S) == 4 ? " float " : " double ") +
+         (D == dynamic ? std::string{"any"} : std::to_string(D)) + ": ";
+}
+
+/// A ball on a floor before a wall, with noise, seen from (0, 0, 3); more coordinates are noise.
+template <class S, int D>
+point_matrix<S, D> still_life(index_t n, index_t dimension, std::uint64_t seed) {
+  point_matrix<S, D> points(dimension, n);
+  random_stream random{seed};
+  for (index_t i = 0; i < n; ++i) {
+    double p[] = {random.uniform(-1, 1), random.uniform(-1, 1), 0};
+    const double squared = p[0] * p[0] + p[1] * p[1];
+    if (squared < 0.5) p[2] = std::sqrt(1 - squared);
+    if (i % 3 == 0) p[2] = p[1] + 1, p[1] = 1;
+    for (index_t d = 0; d < dimension; ++d)
+      points(d, i) = static_cast<S>((d < 3 ? p[d] : 0.0) + 0.01 * random.uniform(-1, 1));
+  }
+  return points;
+}
+
+template <class S, int D>
+void search_and_geometry(const std::string& input, const point_matrix<S, D>& points, double edge) {
+  const auto name = space<S, D>(input);
+  report(name + "input", hash{} << points);
+
+  const kd_tree tree{points};
+  const auto near = tree.find_all(as_points(points), knn{12}),
+             within = tree.find_all(as_points(points), radius{2 * edge});
+  report(name + "k nearest", hash{} << near.indices() << near.distances());
+  report(name + "within a radius", hash{} << within.indices() << within.distances());
+
+  report(name + "voxel_downsample", hash{} << voxel_downsample(points, edge));
+  const auto normals = estimate_normals(points, knn{12});
+  report(name + "estimate_normals", hash{} << normals.normals << normals.curvature);
+  const auto wide = estimate_normals(points, radius{2 * edge});
+  report(name + "estimate_normals by radius", hash{} << wide.normals << wide.curvature);
+  report(name + "statistical_outliers", hash{} << statistical_outliers(points).kept);
+  report(name + "radius_outliers", hash{} << radius_outliers(points, {.radius = edge}).kept);
+
+  const auto moments = mean_and_covariance(points);
+  report(name + "mean_and_covariance", hash{} << moments->mean << moments->covariance);
+  const auto robust = mean_and_covariance(points, minimum_covariance_determinant{});
+  report(name + "minimum_covariance_determinant", hash{} << robust->mean << robust->covariance);
+  report(name + "mahalanobis_distances", hash{} << mahalanobis_distances(points, *moments));
+  const auto components = *principal_components(points);
+  report(name + "principal_components", hash{} << components.eigenvalues << components.axes);
+}
+
+template <class S, int D>
+void clustering(const std::string& input, const point_matrix<S, D>& points, double edge) {
+  const auto name = space<S, D>(input);
+  const auto means = kmeans(points, 20);
+  report(name + "kmeans", hash{} << means.labels() << means.centroids << means.inertia);
+  const auto medians = kmedians(points, 20);
+  report(name + "kmedians", hash{} << medians.labels() << medians.centroids);
+  const point_matrix<S, D> seeds{points.leftCols(100)};
+  const auto modes = mean_shift(points, seeds, 5 * edge);
+  report(name + "mean_shift", hash{} << modes.labels() << modes.modes << modes.densities);
+  report(name + "dbscan", hash{} << dbscan(points, {.radius = edge}).labels());
+  report(name + "connected_components",
+         hash{} << connected_components(points, radius{edge}, every_neighbor{}).labels());
+  const auto plane = ransac(hyperplane_family{points}, {.max_residual = 0.02});
+  report(name + "ransac of planes", hash{} << plane->model.normal << plane->model.offset
+                                           << plane->inliers << plane->score << plane->rmse);
+}
+
+template <class S, int D>
+void registration(const std::string& input, const point_matrix<S, D>& points, double edge) {
+  const auto name = space<S, D>(input);
+  rigid_transform<S, D> motion = rigid_transform<S, D>::Identity();
+  // (3, 4, 5) and (5, 12, 13) make rotations without a cosine; this one is by a degree or so.
+  const double sine = 2.0 / 101 / (1 + 1.0 / 10201), cosine = std::sqrt(1 - sine * sine);
+  motion.linear()(0, 0) = motion.linear()(1, 1) = S(cosine);
+  motion.linear()(1, 0) = S(sine);
+  motion.linear()(0, 1) = -S(sine);
+  motion.translation().setConstant(S(edge / 4));
+  const point_matrix<S, D> moved = transform_points(motion, points);
+  report(name + "transform_points", hash{} << moved);
+
+  const metric_choice metrics[] = {
+      point_to_plane{}, point_to_point{}, symmetric{}, generalized_icp{},
+      combined_metric{weighted_term{point_to_point{}, 0.1}, weighted_term{point_to_plane{}, 1}}};
+  const char* const names[] = {"point to plane", "point to point", "symmetric", "generalised",
+                               "combined"};
+  for (const auto& metric : metrics) {
+    const auto found =
+        align(moved, points, {.metric = metric, .max_distance = 3 * edge, .max_iterations = 10});
+    report(name + "align " + names[metric.index()], hash{} << found.transform.matrix() << found.rmse
+                                                           << found.residual << found.information
+                                                           << found.eigenvalues);
+  }
+  const auto robust = align(
+      moved, points, {.scales = {{2 * edge, 6 * edge}, {0, 2 * edge}}, .robust = huber{edge / 4}});
+  report(name + "align by scales, robust", hash{} << robust.transform.matrix() << robust.rmse);
+  const auto affine = align<affine_motion>(moved, points, {.max_distance = 3 * edge});
+  report(name + "align affine", hash{} << affine.transform.matrix() << affine.rmse);
+}
+
+Eigen::MatrixXd distances_of(const Eigen::MatrixXd& points) {
+  Eigen::MatrixXd all(points.cols(), points.cols());
+  for (index_t j = 0; j < all.cols(); ++j)
+    for (index_t i = 0; i < all.rows(); ++i)
+      all(i, j) = std::sqrt((points.col(i) - points.col(j)).squaredNorm());
+  return all;
+}
+
+void embedding() {
+  const auto points = still_life<double, 3>(700, 3, 5);
+  // Of few points all eigenpairs are computed, of many the leading ones.
+  for (const index_t n : {150, 700}) {
+    const std::string count = std::to_string(n) + " points: ";
+    const point_matrix<double, 3> some = points.leftCols(n);
+    const auto found = multidimensional_scaling(distances_of(some), {.dimension = 3});
+    report(count + "multidimensional_scaling", hash{} << found.points << found.eigenvalues);
+    const auto walked = isomap(some, knn{8}, {.dimension = 2});
+    report(count + "isomap", hash{} << walked.points << walked.eigenvalues);
+    const auto graph = pair_matrix(neighbor_graph(some, knn{8}), distance_weight{});
+    const auto cut = spectral_clustering(graph, {.clusters = 4});
+    report(count + "spectral_clustering", hash{} << cut.labels() << cut.eigenvalues);
+  }
+}
+
+template <class S, int D>
+void everything(const std::string& input, const point_matrix<S, D>& points, double edge) {
+  search_and_geometry<S, D>(input, points, edge);
+  clustering<S, D>(input, points, edge);
+  if constexpr (D == 2 || D == 3) registration<S, D>(input, points, edge);
+}
+
+}  // namespace
+
+int main(int count, char** arguments) try {
+  everything<float, 2>("still life", still_life<float, 2>(4'000, 2, 1), 0.03);
+  everything<double, 2>("still life", still_life<double, 2>(4'000, 2, 1), 0.03);
+  everything<float, 3>("still life", still_life<float, 3>(10'000, 3, 1), 0.05);
+  everything<double, 3>("still life", still_life<double, 3>(10'000, 3, 1), 0.05);
+  everything<float, dynamic>("still life", still_life<float, dynamic>(4'000, 6, 1), 0.05);
+  everything<double, dynamic>("still life", still_life<double, dynamic>(4'000, 6, 1), 0.05);
+  everything<double, dynamic>("still life of 30", still_life<double, dynamic>(2'000, 30, 1), 0.07);
+  embedding();
+  if (count > 1) {
+    const pinhole_camera<double> camera{640, 480, 585, 585, 320, 240};
+    const auto depth = read_depth_png(arguments[1]);
+    const auto scan = cloud_from_depth(depth, camera) | remove_invalid();
+    const point_matrix<double, 3> points = voxel_downsample(scan.points, 0.02);
+    everything<double, 3>("scan", points, 0.03);
+    everything<float, 3>("scan", points.cast<float>(), 0.03);
+  }
+} catch (const std::exception& error) {
+  std::cerr << "fingerprint: " << error.what() << '\n';
+  return 1;
+}

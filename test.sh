@@ -5,4 +5,4 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 scripts/setup.sh test
 scripts/build.sh release all
-ctest --preset release
+ctest --preset release -j "$(nproc)"

@@ -34,6 +34,7 @@ valgrind|counts instructions of the main steps
 '
 packages_to_check='
 clang-format-22|clang-format, which says whether a file is formatted
+clang-tidy-22|clang-tidy, which finds what a compiler does not see
 libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
 '
 packages_to_benchmark='

@@ -15,6 +15,9 @@ function(cilantro_ask_whether_eigen_uses_malloc eigen_folder flags result)
   set(CMAKE_REQUIRED_INCLUDES ${eigen_folder})
   set(CMAKE_REQUIRED_DEFINITIONS -DEIGEN_MAX_ALIGN_BYTES=16)
   set(CMAKE_REQUIRED_FLAGS "${${flags_of_build_type}} ${flags}")
+  set(CMAKE_REQUIRED_LIBRARIES "")
+  set(CMAKE_REQUIRED_LINK_OPTIONS "")
+  set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)  # Only compiled: whether it links says nothing of Eigen.
   set(CMAKE_REQUIRED_QUIET TRUE)
   check_cxx_source_compiles("
     #include <Eigen/Core>

@@ -4,6 +4,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
+[ $# = 0 ] || { echo 'usage: scripts/packages.sh' >&2; exit 2; }
 scripts/setup.sh test
 scripts/build.sh release cilantro_tool
 rm -rf build/packages

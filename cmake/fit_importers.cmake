@@ -8,7 +8,7 @@
 # How options that are part of the language begin: those in which Clang expects importers to agree. A property, since
 # variables of this folder are not seen where the fitting is done.
 set_property(GLOBAL PROPERTY CILANTRO_LANGUAGE_OPTION
-  "-(std=|stdlib=|pthread|m[a-z]|f(no-)?(openmp|openacc|sanitize|exceptions|rtti|fast-math|math-errno|builtin|trapv|wrapv|signed-char|unsigned-char|short-wchar|char8_t|blocks|ms-extensions|freestanding|strict-flex-arrays|stack-protector|cf-protection))")
+  "-(std=|stdlib=|pthread|f(no-)?(openmp|openacc|exceptions|rtti|fast-math|math-errno|builtin|trapv|wrapv|signed-char|unsigned-char|short-wchar|char8_t|blocks|ms-extensions|freestanding|strict-flex-arrays|stack-protector|cf-protection))")
 
 # At the end of `directory`, fits the interfaces of `library` to the targets in it and below that link it.
 function(cilantro_fit_importers library directory)

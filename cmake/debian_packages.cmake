@@ -1,5 +1,6 @@
 # What `cpack` makes: the library with its interfaces, and the program, as Debian packages.
 set(CPACK_GENERATOR DEB)
+set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)  # Tests and examples are in no package.
 set(CPACK_PACKAGE_NAME cilantro)
 set(CPACK_PACKAGE_VENDOR cilantro)
 set(CPACK_PACKAGE_CONTACT "the cilantro developers")

@@ -273,6 +273,11 @@ function(_cilantro_expect_one_eigen target linked library)
     endif()
   endforeach()
 
+  if(CMAKE_CXX_FLAGS MATCHES "EIGEN_MAX_ALIGN_BYTES=([0-9]+)" AND NOT CMAKE_MATCH_1 EQUAL 16)
+    message(FATAL_ERROR
+      "cilantro and everything that imports it must be compiled with EIGEN_MAX_ALIGN_BYTES=16, and CMAKE_CXX_FLAGS says "
+      "${CMAKE_MATCH_1}: leave it out, cilantro::cilantro sets it.")
+  endif()
   # What depends on a condition is left to the compiler, which refuses it as well.
   string(GENEX_STRIP "${options}" options)
   _cilantro_options_like("-(m[a-z]|fsanitize)" "${options}" flags)

@@ -15,7 +15,7 @@ projects=tests/consumers
 
 cases=(default_settings release debug standards refusals mixed exports from_gcc
   standard_23 standard_26 extensions_on extensions_off openmp_flag warnings undefined_sanitizer thread_sanitizer
-  unoptimized march_native static with_pcl with_open3d
+  unoptimized march_native other_alignment static with_pcl with_open3d
   objects/within fetch/within shared/within march_native/within address_sanitizer/within)
 
 configure() {  # PROJECT [ARGUMENT...]: into $build
@@ -65,6 +65,8 @@ run_case() {
       else
         consume -DCMAKE_CXX_FLAGS=-march=native
       fi ;;
+    other_alignment)
+      refuse -DCMAKE_CXX_FLAGS=-DEIGEN_MAX_ALIGN_BYTES=64 'must be compiled with EIGEN_MAX_ALIGN_BYTES=16' ;;
     refusals)
       refuse -DCMAKE_CXX_FLAGS=-mavx 'is compiled with -mavx, under which Eigen allocates'
       refuse -DCONSUMER_OPTIONS=-fsanitize=address 'is compiled with -fsanitize=address, under which'

@@ -4,7 +4,8 @@ find_library(LZF_LIBRARY lzf)
 mark_as_advanced(LZF_INCLUDE_DIR LZF_LIBRARY)
 
 include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(LZF REQUIRED_VARS LZF_LIBRARY LZF_INCLUDE_DIR)
+# The installed package includes this file, while CMake looks for cilantro.
+find_package_handle_standard_args(LZF REQUIRED_VARS LZF_LIBRARY LZF_INCLUDE_DIR NAME_MISMATCHED)
 if(LZF_FOUND AND NOT TARGET LZF::LZF)
   add_library(LZF::LZF UNKNOWN IMPORTED)
   set_target_properties(LZF::LZF PROPERTIES

@@ -16,6 +16,7 @@ export import :execution;
 export import :parallel;
 export import :random;
 export import :disjoint_sets;
+export import :decompositions;
 export import :eigenpairs;
 export import :violations;
 export import :vector_target;

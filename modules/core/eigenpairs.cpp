@@ -27,10 +27,10 @@ eigenpairs failed() {
 }
 
 eigenpairs from_all(const Eigen::MatrixXd& matrix, index_t count) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{matrix};
-  if (solver.info() != Eigen::Success) return failed();
-  eigenpairs found{.values = solver.eigenvalues().tail(count).reverse(),
-                   .vectors = solver.eigenvectors().rightCols(count).rowwise().reverse()};
+  const auto all = decompose_symmetric(matrix);
+  if (!all.converged) return failed();
+  eigenpairs found{.values = all.values.tail(count).reverse(),
+                   .vectors = all.vectors.rightCols(count).rowwise().reverse()};
   fix_signs(found.vectors);
   return found;
 }
@@ -109,17 +109,17 @@ class block_lanczos {
       fill(std::move(next));
       Eigen::MatrixXd inner = transposed_product(basis_, image_);
       inner = (inner + inner.transpose()).eval() / 2;
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz{inner};
-      if (ritz.info() != Eigen::Success) return failed();
+      const auto ritz = decompose_symmetric(inner);
+      if (!ritz.converged) return failed();
 
       const index_t kept = std::min(room_ - 1, std::max(block_, room_ / 2));
-      const Eigen::MatrixXd best = ritz.eigenvectors().rightCols(kept).rowwise().reverse();
-      const Eigen::VectorXd values = ritz.eigenvalues().tail(kept).reverse();
+      const Eigen::MatrixXd best = ritz.vectors.rightCols(kept).rowwise().reverse();
+      const Eigen::VectorXd values = ritz.values.tail(kept).reverse();
       basis_.leftCols(kept) = product(basis_, best);
       image_.leftCols(kept) = product(image_, best);
       size_ = kept;
       next = image_.leftCols(block_) - basis_.leftCols(block_) * values.head(block_).asDiagonal();
-      const double scale = ritz.eigenvalues().cwiseAbs().maxCoeff();
+      const double scale = ritz.values.cwiseAbs().maxCoeff();
       if (next.leftCols(count_).colwise().norm().maxCoeff() <= options_.tolerance * scale) {
         eigenpairs found{.values = values.head(count_), .vectors = basis_.leftCols(count_)};
         fix_signs(found.vectors);

@@ -30,23 +30,20 @@ void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D,
   }
 }
 
-// One solver for all scalars and dimensions: it runs once a call, and is slow to compile.
 Eigen::MatrixXd checked_inverse(const Eigen::MatrixXd& linear, const char* what) {
   expects(linear.allFinite(), what);
-  const Eigen::FullPivLU<Eigen::MatrixXd> lu{linear};
-  expects(lu.isInvertible(), what);
-  return lu.inverse();
+  const auto inverse = solve(linear, Eigen::MatrixXd::Identity(linear.rows(), linear.cols()));
+  expects(inverse.has_value(), what);
+  return *inverse;
 }
 
 Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear) {
   expects(linear.rows() == linear.cols() && linear.allFinite(),
           "nearest_rotation: the matrix must be square and finite");
   if (linear.size() == 0) return linear;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd{linear, Eigen::ComputeFullU | Eigen::ComputeFullV};
-  Eigen::MatrixXd u = svd.matrixU();
-  const Eigen::MatrixXd& v = svd.matrixV();
+  auto [values, u, v] = decompose_singular(linear);
   // The least singular value gives way to a mirrored answer.
-  if (u.determinant() * v.determinant() < 0) u.rightCols(1) *= -1;
+  if (determinant(u) * determinant(v) < 0) u.rightCols(1) *= -1;
   return u * v.transpose();
 }
 

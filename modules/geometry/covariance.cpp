@@ -31,12 +31,12 @@ struct ellipsoid {
   double log_determinant = std::numeric_limits<double>::infinity();
 
   void measure() {
-    const Eigen::SelfAdjointEigenSolver<matrix> solver{covariance};
-    const double largest = std::max(solver.eigenvalues().maxCoeff(), 0.0);
+    const auto axes = decompose_symmetric<D>(covariance);
+    const double largest = std::max(axes.values.maxCoeff(), 0.0);
     const double least = std::max(1e-14 * largest, std::numeric_limits<double>::min());
-    const vector extents = solver.eigenvalues().cwiseMax(least);
+    const vector extents = axes.values.cwiseMax(least);
     log_determinant = extents.array().log().sum();
-    whitening = extents.cwiseSqrt().cwiseInverse().asDiagonal() * solver.eigenvectors().transpose();
+    whitening = extents.cwiseSqrt().cwiseInverse().asDiagonal() * axes.vectors.transpose();
   }
 };
 
@@ -216,15 +216,14 @@ Eigen::VectorX<S> closed_mahalanobis(points_view<S, D> points, const moments<S, 
           "mahalanobis_distances: points and moments must have the same dimension");
   Eigen::VectorX<S> distances(points.size());
   if (points.empty()) return distances;
-  using matrix = Eigen::Matrix<double, D, D>;
-  const Eigen::SelfAdjointEigenSolver<matrix> solver{matrix{of.covariance.template cast<double>()}};
-  const auto& extents = solver.eigenvalues();
+  const auto [extents, axes, converged] =
+      decompose_symmetric<D>(of.covariance.template cast<double>());
   const double none = double(dimension) * double(std::numeric_limits<S>::epsilon()) *
                       std::max(extents.maxCoeff(), 0.0);
   const point_vector<double, D> mean = of.mean.template cast<double>();
   for (index_t i = 0; i < points.size(); ++i) {
     const point_vector<double, D> difference = points[i].template cast<double>() - mean;
-    const point_vector<double, D> along = solver.eigenvectors().transpose() * difference;
+    const point_vector<double, D> along = axes.transpose() * difference;
     const double rounding = double(std::numeric_limits<S>::epsilon()) *
                             (points[i].cwiseAbs().maxCoeff() + difference.norm());
     double sum = 0;

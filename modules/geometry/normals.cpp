@@ -76,9 +76,8 @@ least_direction<3> find_least_direction(const Eigen::Matrix3d& m) {
 }
 
 least_direction<dynamic> find_least_direction(const Eigen::MatrixXd& m) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{m};
-  const auto& values = solver.eigenvalues();
-  return {solver.eigenvectors().col(0), values[0], values.size() > 1 ? values[1] : values[0],
+  const auto [values, vectors, converged] = decompose_symmetric(m);
+  return {vectors.col(0), values[0], values.size() > 1 ? values[1] : values[0],
           values[values.size() - 1]};
 }
 

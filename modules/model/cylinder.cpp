@@ -64,8 +64,7 @@ std::optional<cylinder_model> refine_cylinder(const gathered_points& data,
       information += row * row.transpose();
       gradient += row * (distance - radius);
     }
-    const Eigen::Matrix<double, 5, 1> change =
-        Eigen::LDLT<Eigen::Matrix<double, 5, 5>>{information}.solve(-gradient);
+    const Eigen::Matrix<double, 5, 1> change = solve_symmetric(information, -gradient);
     if (!change.allFinite()) return std::nullopt;
     center += change[0] * u + change[1] * v;
     axis = (axis + change[2] * u + change[3] * v).normalized();

@@ -42,8 +42,8 @@ std::optional<principal_frame> frame_of(points_view<S, D> points,
   const Eigen::VectorXd mean = sum / n;
   const Eigen::MatrixXd covariance = Eigen::MatrixXd{square} / n - mean * mean.transpose();
   if (!covariance.allFinite()) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
-  return principal_frame{origin + mean, axes.eigenvectors(), axes.eigenvalues()};
+  const auto axes = decompose_symmetric(covariance);
+  return principal_frame{origin + mean, axes.vectors, axes.values};
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                 \

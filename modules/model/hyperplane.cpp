@@ -25,10 +25,10 @@ std::optional<hyperplane_model<dynamic>> fit_hyperplane(points_view<S, D> points
     const auto sample = gather_points(points, indices);
     if (!sample) return std::nullopt;
     // The direction across all edges from the first point, which is at 0.
-    const Eigen::JacobiSVD<Eigen::MatrixXd> edges{sample->points, Eigen::ComputeFullU};
-    const auto& lengths = edges.singularValues();
-    if (d > 1 && !(lengths[d - 2] > negligible_ratio<S> * lengths[0])) return std::nullopt;
-    normal = edges.matrixU().col(d - 1);
+    const auto edges = decompose_singular(sample->points);
+    if (d > 1 && !(edges.values[d - 2] > negligible_ratio<S> * edges.values[0]))
+      return std::nullopt;
+    normal = edges.left.col(d - 1);
     through = sample->origin;
   } else {
     const auto frame = frame_of(points, indices);

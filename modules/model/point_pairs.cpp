@@ -24,14 +24,13 @@ std::optional<transform_parts> fit_transform(transform_kind kind,
   // As many directions must be seen as the transform has to know the image of.
   const bool is_affine = kind == transform_kind::affine;
   const index_t seen = is_affine ? d : std::max<index_t>(d - 1, kind == transform_kind::similarity);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{spread};
-  const auto& extent = axes.eigenvalues();
+  const Eigen::VectorXd extent = decompose_symmetric(spread).values;
   if (seen > 0 && !(extent[d - seen] > negligible * negligible * extent[d - 1]))
     return std::nullopt;
 
   Eigen::MatrixXd linear;
   if (is_affine) {
-    linear = Eigen::LDLT<Eigen::MatrixXd>{spread}.solve(cross.transpose()).transpose();
+    linear = solve_symmetric(spread, cross.transpose()).transpose();
   } else {
     if (!cross.allFinite()) return std::nullopt;
     linear = nearest_rotation(cross);

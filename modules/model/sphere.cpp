@@ -21,7 +21,7 @@ sphere_model<dynamic> refine(const Eigen::MatrixXd& points, sphere_model<dynamic
       information += row * row.transpose();
       gradient += row * (distance - model.radius);
     }
-    const Eigen::VectorXd change = Eigen::LDLT<Eigen::MatrixXd>{information}.solve(-gradient);
+    const Eigen::VectorXd change = solve_symmetric(information, -gradient);
     if (!change.allFinite()) break;
     model.center += change.head(d);
     model.radius += change[d];
@@ -46,12 +46,10 @@ std::optional<sphere_model<dynamic>> fit_sphere(const std::optional<gathered_poi
   points /= scale;
   Eigen::MatrixXd system(n, d + 1);
   system << 2 * points.transpose(), Eigen::VectorXd::Ones(n);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver;
-  solver.setThreshold(negligible);
-  solver.compute(system);
-  if (solver.rank() <= d) return std::nullopt;
-  const Eigen::VectorXd unknowns =
-      solver.solve(Eigen::VectorXd{points.colwise().squaredNorm().transpose()});
+  const auto solution =
+      solve_least_squares(system, points.colwise().squaredNorm().transpose(), negligible);
+  if (solution.rank <= d) return std::nullopt;
+  const Eigen::VectorXd unknowns = solution.unknowns;
   sphere_model<dynamic> model{unknowns.head(d),
                               std::sqrt(unknowns[d] + unknowns.head(d).squaredNorm())};
   if (n > d + 1) model = refine(points, model);

@@ -33,8 +33,10 @@ motion_step rigid_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
   const auto identity = Eigen::MatrixXd::Identity(d, d);
   const Eigen::MatrixXd half = skew(unknowns, d) / 2;
   // y' − y = A (y + y') / 2 + v. The matrix can always be inverted, since A is skew.
-  const Eigen::PartialPivLU<Eigen::MatrixXd> forward{identity - half};
-  return {forward.solve(identity + half), forward.solve(unknowns.tail(d))};
+  Eigen::MatrixXd images(d, d + 1);
+  images << identity + half, unknowns.tail(d);
+  const Eigen::MatrixXd moved = *solve(identity - half, images);
+  return {moved.leftCols(d), moved.col(d)};
 }
 
 motion_step affine_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
@@ -70,15 +72,7 @@ Eigen::MatrixXd velocity_field::recentering(const Eigen::VectorXd& center) const
     around_origin.middleRows(k * d, d) = at(y);
     around_center.middleRows(k * d, d) = at(y - center);
   }
-  // Column by column: how Eigen cuts a solution for several into blocks depends on the machine.
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors{around_center};
-  const index_t rank = factors.nonzeroPivots();
-  const auto triangle = factors.matrixR().topLeftCorner(rank, rank);
-  Eigen::MatrixXd turned = factors.householderQ().adjoint() * around_origin;
-  for (auto column : turned.colwise())
-    triangle.triangularView<Eigen::Upper>().solveInPlace(column.head(rank));
-  turned.middleRows(rank, u - rank).setZero();
-  return factors.colsPermutation() * turned.topRows(u);
+  return solve_least_squares(around_center, around_origin).unknowns;
 }
 
 double rotation_angle(const Eigen::MatrixXd& linear) {
@@ -87,7 +81,7 @@ double rotation_angle(const Eigen::MatrixXd& linear) {
   const double half_sine = difference / std::sqrt(8.0);
   // In 2D and 3D ‖R − I‖ = √8 sin(θ/2).
   const bool is_rotation =
-      half_sine <= 1 && (linear * linear.transpose()).isIdentity(1e-6) && linear.determinant() > 0;
+      half_sine <= 1 && (linear * linear.transpose()).isIdentity(1e-6) && determinant(linear) > 0;
   return is_rotation ? 2 * std::asin(half_sine) : difference / std::sqrt(2.0);
 }
 

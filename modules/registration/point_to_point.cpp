@@ -23,12 +23,10 @@ best_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
                   const Eigen::VectorXd& target_mean, const Eigen::MatrixXd&,
                   const Eigen::MatrixXd& cross) {
   const index_t d = cross.rows();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd{cross, Eigen::ComputeFullU | Eigen::ComputeFullV};
-  const Eigen::MatrixXd& u = svd.matrixU();
-  const Eigen::MatrixXd& v = svd.matrixV();
-  const double side = u.determinant() * v.determinant() < 0 ? -1 : 1;
+  const auto [values, u, v] = decompose_singular(cross);
+  const double side = determinant(u) * determinant(v) < 0 ? -1 : 1;
   index_t rank = 0;
-  while (rank < d && svd.singularValues()[rank] > negligible * svd.singularValues()[0]) ++rank;
+  while (rank < d && values[rank] > negligible * values[0]) ++rank;
 
   // The planes that the pairs say nothing about turn as little as possible.
   Eigen::MatrixXd middle = Eigen::MatrixXd::Identity(d, d);
@@ -49,12 +47,11 @@ best_motion match(const affine_motion&, const Eigen::VectorXd& source_mean,
                   const Eigen::VectorXd& target_mean, const Eigen::MatrixXd& covariance,
                   const Eigen::MatrixXd& cross) {
   const index_t d = cross.rows();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{covariance};
+  const auto axes = decompose_symmetric(covariance);
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(d, d);
   for (index_t k = 0; k < d; ++k)
-    if (axes.eigenvalues()[k] > negligible * axes.eigenvalues()[d - 1])
-      inverse += axes.eigenvectors().col(k) * axes.eigenvectors().col(k).transpose() /
-                 axes.eigenvalues()[k];
+    if (axes.values[k] > negligible * axes.values[d - 1])
+      inverse += axes.vectors.col(k) * axes.vectors.col(k).transpose() / axes.values[k];
   // Across the subspace in which the points lie, nothing is known and nothing changed.
   const Eigen::MatrixXd linear = Eigen::MatrixXd::Identity(d, d) + (cross - covariance) * inverse;
   return {{linear, target_mean - linear * source_mean}, covariance};

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <optional>
+module cilantro.core;
+
+namespace cilantro {
+
+template <int D>
+symmetric_decomposition<D> decompose_symmetric(const Eigen::Matrix<double, D, D>& matrix) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>> solver{matrix};
+  return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
+}
+template symmetric_decomposition<2> decompose_symmetric(const Eigen::Matrix2d&);
+template symmetric_decomposition<3> decompose_symmetric(const Eigen::Matrix3d&);
+template symmetric_decomposition<dynamic> decompose_symmetric(const Eigen::MatrixXd&);
+
+singular_decomposition decompose_singular(const Eigen::MatrixXd& matrix) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd{matrix, Eigen::ComputeFullU | Eigen::ComputeFullV};
+  return {svd.singularValues(), svd.matrixU(), svd.matrixV()};
+}
+
+double determinant(const Eigen::MatrixXd& matrix) {
+  return matrix.determinant();
+}
+
+// Column by column, here and below: how Eigen cuts a solution for several into blocks depends on
+// the machine.
+
+std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& matrix,
+                                     const Eigen::MatrixXd& right_sides) {
+  const Eigen::FullPivLU<Eigen::MatrixXd> factors{matrix};
+  if (!factors.isInvertible()) return std::nullopt;
+  Eigen::MatrixXd unknowns(matrix.cols(), right_sides.cols());
+  for (index_t k = 0; k < right_sides.cols(); ++k)
+    unknowns.col(k) = factors.solve(right_sides.col(k));
+  return unknowns;
+}
+
+Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right_sides) {
+  const Eigen::LDLT<Eigen::MatrixXd> factors{matrix};
+  Eigen::MatrixXd unknowns(matrix.cols(), right_sides.cols());
+  for (index_t k = 0; k < right_sides.cols(); ++k)
+    unknowns.col(k) = factors.solve(right_sides.col(k));
+  return unknowns;
+}
+
+least_squares_solution solve_least_squares(const Eigen::MatrixXd& matrix,
+                                           const Eigen::MatrixXd& right_sides, double negligible) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors;
+  factors.setThreshold(negligible);
+  factors.compute(matrix);
+  least_squares_solution found{{matrix.cols(), right_sides.cols()}, factors.rank()};
+  for (index_t k = 0; k < right_sides.cols(); ++k)
+    found.unknowns.col(k) = factors.solve(right_sides.col(k));
+  return found;
+}
+
+}  // namespace cilantro

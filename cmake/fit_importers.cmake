@@ -13,9 +13,8 @@ set_property(GLOBAL PROPERTY CILANTRO_LANGUAGE_OPTION
 # At the end of `directory`, fits the interfaces of `library` to the targets in it and below that link it.
 function(cilantro_fit_importers library directory)
   # Asked here, since the folder above may not see the target.
-  get_property(eigen TARGET Eigen3::Eigen PROPERTY INTERFACE_INCLUDE_DIRECTORIES)
-  string(REGEX MATCH "[^$<>:;]*/[^$<>;]+" eigen "${eigen}")  # Also out of a $<BUILD_INTERFACE:...>.
-  set_property(TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER "${eigen}")
+  cilantro_find_out_about_eigen(folder version)
+  set_property(TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER "${folder}")
   # Asked of the target: a folder below that finds it again sees the same one, which is fitted with the folder above.
   get_property(is_fitted TARGET ${library} PROPERTY CILANTRO_IS_FITTED)
   if(NOT is_fitted)
@@ -258,13 +257,13 @@ endfunction()
 # Two versions of Eigen, or two ways of allocating in one of them, are two libraries with the same names.
 function(_cilantro_expect_one_eigen target linked library)
   get_property(ours TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER)
-  _cilantro_version_of_eigen("${ours}" our_version)
+  cilantro_version_of_eigen("${ours}" our_version)
   _cilantro_gather(INCLUDE_DIRECTORIES ${target} "${linked}" folders)
   _cilantro_gather(COMPILE_OPTIONS ${target} "${linked}" options)
   list(REMOVE_DUPLICATES folders)
   foreach(folder IN LISTS folders)
     string(REGEX REPLACE "^\\$<BUILD_INTERFACE:(.*)>$" "\\1" folder "${folder}")
-    _cilantro_version_of_eigen("${folder}" version)
+    cilantro_version_of_eigen("${folder}" version)
     if(version AND NOT version STREQUAL our_version)
       message(FATAL_ERROR
         "${target} finds Eigen ${version} in ${folder}, and cilantro uses Eigen ${our_version} in ${ours}: let both find the "
@@ -289,17 +288,4 @@ function(_cilantro_expect_one_eigen target linked library)
       "${target} is compiled with ${flags}, under which Eigen allocates in another way than in the compiled cilantro: build "
       "cilantro with the same CMAKE_CXX_FLAGS, for example within the project by add_subdirectory or FetchContent.")
   endif()
-endfunction()
-
-function(_cilantro_version_of_eigen folder result)
-  set(version "")
-  foreach(file IN ITEMS Eigen/Version Eigen/src/Core/util/Macros.h)
-    if(NOT version AND EXISTS "${folder}/${file}")
-      file(STRINGS "${folder}/${file}" lines REGEX "^#define EIGEN_(WORLD|MAJOR|MINOR|PATCH)_VERSION +[0-9]+")
-      string(REGEX MATCHALL "VERSION +[0-9]+" version "${lines}")
-      list(TRANSFORM version REPLACE "VERSION +" "")
-      list(JOIN version "." version)
-    endif()
-  endforeach()
-  set(${result} "${version}" PARENT_SCOPE)
 endfunction()

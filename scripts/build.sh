@@ -6,6 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 fail() { printf 'cilantro: %s\n' "$*" >&2; exit 1; }
 
+[ $# = 2 ] || fail 'usage: scripts/build.sh PRESET TARGET, such as scripts/build.sh release all'
 preset=$1 target=$2
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

@@ -40,7 +40,7 @@ double least_determinant(const M& points, index_t h) {
     for (index_t i = 0; i < points.cols(); ++i)
       if (chosen[std::size_t(i)]) subset.push_back(i);
     const auto found = mean_and_covariance(points, subset);
-    least = std::min(least, double(found->covariance.determinant()));
+    least = std::min(least, determinant(found->covariance.template cast<double>()));
   } while (std::prev_permutation(chosen.begin(), chosen.end()));
   return least;
 }
@@ -83,7 +83,7 @@ TEST_CASE_TEMPLATE("the subset found is the one with the smallest determinant of
     const double share = double(h) / 12;
     const double scale =
         share / chi_square_probability(chi_square_quantile(share, T::dimension), T::dimension + 2);
-    CHECK(double(found->covariance.determinant()) ==
+    CHECK(determinant(found->covariance.template cast<double>()) ==
           doctest::Approx(least_determinant(points, h) * std::pow(scale, T::dimension))
               .epsilon(1e-4));
   }
@@ -183,7 +183,8 @@ TEST_CASE_TEMPLATE("Mahalanobis distances are those of the formula", T, ALL_SPAC
   using S = typename T::scalar;
   auto points = test::random_points<T>(100, 6);
   const auto found = *mean_and_covariance(points);
-  const Eigen::MatrixXd inverse = found.covariance.template cast<double>().inverse();
+  const Eigen::MatrixXd inverse = *solve(found.covariance.template cast<double>(),
+                                         Eigen::MatrixXd::Identity(T::dimension, T::dimension));
   points(1, 5) = test::nan<S>;
   const auto distances = mahalanobis_distances(points, found);
   for (index_t i = 0; i < 100; ++i) {

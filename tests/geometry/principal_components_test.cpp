@@ -22,7 +22,7 @@ TEST_CASE_TEMPLATE("axes are orthonormal, right-handed and descending, and rebui
     CHECK(basis.count == 49);
     const S rounding = 100 * std::numeric_limits<S>::epsilon();
     CHECK((basis.axes.transpose() * basis.axes).isIdentity(rounding));
-    CHECK(double(basis.axes.determinant()) == doctest::Approx(1).epsilon(1e-5));
+    CHECK(determinant(basis.axes.template cast<double>()) == doctest::Approx(1).epsilon(1e-5));
     for (index_t d = 1; d < T::dimension; ++d)
       CHECK(basis.eigenvalues[d] <= basis.eigenvalues[d - 1]);
     const auto moments = *mean_and_covariance(points);

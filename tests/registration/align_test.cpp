@@ -24,7 +24,7 @@ struct pair_of_scans {
   point_cloud<typename T::scalar, T::static_dimension> target = test::bumpy_surface<T>(800, 1);
   test::rigid_of<T> truth = test::random_rigid<T>(2, 0.1, 0.1);
   point_cloud<typename T::scalar, T::static_dimension> source =
-      transform(test::bumpy_surface<T>(600, 3), truth.inverse());
+      transform(test::bumpy_surface<T>(600, 3), test::inverse(truth));
 };
 
 bool same(const auto& a, const auto& b) {
@@ -120,7 +120,7 @@ TEST_CASE_TEMPLATE("an affine map is found from nearest neighbours", T, test::f2
                    test::d3) {
   const auto target = test::bumpy_surface<T>(1500);
   const auto truth = test::random_affine<T>(1, 0.04, 0.03);
-  const auto source = transform(target, test::affine_of<T>(truth.inverse()));
+  const auto source = transform(target, test::inverse(truth));
   for (const metric_choice& metric :
        {metric_choice{point_to_point{}}, metric_choice{point_to_plane{}}}) {
     const auto found = align<affine_motion>(

@@ -83,6 +83,16 @@ bool same_bits(const A& a, const B& b) {
   return true;
 }
 
+/// The inverse of a transform. Eigen's own takes seconds to compile for each type.
+template <class T>
+T inverse(const T& transform) {
+  const auto d = transform.linear().rows();
+  const Eigen::MatrixXd linear =
+      *cilantro::solve(transform.linear().template cast<double>(), Eigen::MatrixXd::Identity(d, d));
+  const Eigen::VectorXd translation = transform.translation().template cast<double>();
+  return cilantro::make_transform<T>(linear, -(linear * translation).eval());
+}
+
 /// A file of the test data, which is not part of the project; nothing if it is not there.
 std::optional<std::filesystem::path> data_file(const std::filesystem::path& name) {
   const char* set = std::getenv("CILANTRO_TEST_DATA");

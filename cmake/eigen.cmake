@@ -1,3 +1,29 @@
+# Which Eigen a project has, and how it allocates there.
+
+# The folder of the Eigen that was found, and its version: from its headers, since an Eigen within the project
+# (FetchContent) tells CMake none.
+function(cilantro_find_out_about_eigen folder version)
+  get_property(found TARGET Eigen3::Eigen PROPERTY INTERFACE_INCLUDE_DIRECTORIES)
+  string(REGEX MATCH "[^$<>:;]*/[^$<>;]+" found "${found}")  # Also out of a $<BUILD_INTERFACE:...>.
+  cilantro_version_of_eigen("${found}" found_version)
+  set(${folder} "${found}" PARENT_SCOPE)
+  set(${version} "${found_version}" PARENT_SCOPE)
+endfunction()
+
+# Nothing if there is no Eigen in that folder.
+function(cilantro_version_of_eigen folder result)
+  set(version "")
+  foreach(file IN ITEMS Eigen/Version Eigen/src/Core/util/Macros.h)
+    if(NOT version AND EXISTS "${folder}/${file}")
+      file(STRINGS "${folder}/${file}" lines REGEX "^#define EIGEN_(WORLD|MAJOR|MINOR|PATCH)_VERSION +[0-9]+")
+      string(REGEX MATCHALL "VERSION +[0-9]+" version "${lines}")
+      list(TRANSFORM version REPLACE "VERSION +" "")
+      list(JOIN version "." version)
+    endif()
+  endforeach()
+  set(${result} "${version}" PARENT_SCOPE)
+endfunction()
+
 # How Eigen allocates under the flags of the project and those given: with plain malloc (1), or in a way of its own
 # that plain free cannot undo (0). Importers of the library must agree with it (modules/eigen.cppm).
 include(CheckCXXSourceCompiles)

@@ -19,8 +19,8 @@ int main() {
 
   const auto found = align(source, target, {.max_distance = 0.1, .max_iterations = 40});
 
-  const nearest_neighbor_searcher searcher{target, source, {.max_distance = 0.1}};
-  const least_squares_estimator estimator{target, source, point_to_plane{}};
+  const nearest_neighbor_searcher searcher{source, target, {.max_distance = 0.1}};
+  const least_squares_estimator estimator{source, target, point_to_plane{}};
   const auto by_hand =
       icp(searcher, estimator, Eigen::Isometry3d::Identity(), {.max_iterations = 40});
 

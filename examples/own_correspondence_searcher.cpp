@@ -56,11 +56,11 @@ int main() {
   };
   const auto target = scan_of(0), source = scan_of(2);
   const label_searcher searcher{target, source, 0.3};
-  const auto violations = check_correspondence_searcher(searcher, target, source,
+  const auto violations = check_correspondence_searcher(searcher, source, target,
                                                         std::vector{Eigen::Isometry3d::Identity()});
   for (const auto& violation : violations) std::cout << violation << '\n';
 
-  const auto found = icp(searcher, least_squares_estimator{target, source},
+  const auto found = icp(searcher, least_squares_estimator{source, target},
                          Eigen::Isometry3d::Identity(), {.max_iterations = 50});
   const auto truth = simulated_camera(0, {}).to_world.inverse() * simulated_camera(2, {}).to_world;
   const double error = (found.transform.translation() - truth.translation()).norm();

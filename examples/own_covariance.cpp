@@ -35,7 +35,8 @@ struct fading_covariance {
     found.mean /= total;
     each([&](const auto& p, S weight) {
       const point_vector<S, D> difference = p - found.mean;
-      found.covariance += weight / total * difference * difference.transpose();
+      found.covariance +=
+          (weight / total * difference * difference.transpose()).template cast<double>();
     });
     return found;
   }

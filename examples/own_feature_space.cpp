@@ -53,7 +53,7 @@ int main() {
   for (const auto& violation : violations) std::cout << violation << '\n';
 
   const auto found =
-      icp(feature_searcher{space, {.max_distance = 0.4}}, least_squares_estimator{target, source},
+      icp(feature_searcher{space, {.max_distance = 0.4}}, least_squares_estimator{source, target},
           Eigen::Isometry3d::Identity(), {.max_iterations = 60, .tolerance = 1e-4});
   const auto truth = simulated_camera(0, {}).to_world.inverse() * simulated_camera(3, {}).to_world;
   const double error = (found.transform.translation() - truth.translation()).norm();

@@ -53,9 +53,9 @@ int main() {
   const auto violations =
       check_transform_estimator(estimator, Eigen::Isometry3d::Identity(), pairs);
   for (const auto& violation : violations) std::cout << violation << '\n';
-  const oracle_searcher searcher{target, source, pairs};
+  const oracle_searcher searcher{source, target, pairs};
   const auto found = icp(searcher, estimator, Eigen::Isometry3d::Identity(), {});
-  const auto mean = icp(searcher, point_to_point_estimator{target, source});
+  const auto mean = icp(searcher, point_to_point_estimator{source, target});
   const auto error = [&](const auto& result) {
     return (result.transform.translation() - truth).norm();
   };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -20,7 +21,8 @@ struct convert_settings {
   bool as_text = false, compressed = false, quiet = false;
 };
 
-void write(const convert_settings& settings, const point_cloud<float, 3>& cloud) {
+template <class Cloud>
+void write(const convert_settings& settings, const Cloud& cloud) {
   progress_line line{"writing", settings.quiet};
   const std::filesystem::path to = settings.to;
   if (settings.as_text && to.extension() == ".ply")
@@ -31,6 +33,12 @@ void write(const convert_settings& settings, const point_cloud<float, 3>& cloud)
     return write_pcd(cloud, to,
                      {.format = pcd_format::binary_compressed, .monitor = line.monitor()});
   write_cloud(cloud, to, line.monitor());
+}
+
+/// Whether float holds every number to the bit.
+bool are_floats(const Eigen::Matrix3Xd& m) {
+  return m.unaryExpr([](double x) { return double(!(double(float(x)) != x) || std::isnan(x)); })
+             .sum() == double(m.size());
 }
 
 }  // namespace
@@ -46,8 +54,21 @@ void add_convert(CLI::App& app) {
   add_depth_options(*command, settings->depth);
   command->add_flag("--quiet", settings->quiet, "No progress and no report");
   command->callback([settings] {
-    const auto cloud = read_input(settings->from, settings->depth, settings->quiet).cloud;
-    write(*settings, cloud);
-    if (!settings->quiet) std::cerr << cloud.size() << " points in " << settings->to << '\n';
+    index_t count = 0;
+    if (is_depth_image(settings->from)) {
+      const auto cloud = read_input(settings->from, settings->depth, settings->quiet).cloud;
+      write(*settings, cloud);
+      count = cloud.size();
+    } else {
+      // In the precision that the file has.
+      progress_line line{"reading", settings->quiet};
+      const auto cloud = read_cloud<double>(settings->from, {.monitor = line.monitor()});
+      if (are_floats(cloud.points) && are_floats(cloud.normals))
+        write(*settings, cast<float>(cloud));
+      else
+        write(*settings, cloud);
+      count = cloud.size();
+    }
+    if (!settings->quiet) std::cerr << count << " points in " << settings->to << '\n';
   });
 }

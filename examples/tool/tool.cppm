@@ -56,12 +56,16 @@ export struct tool_input {
   std::optional<pinhole_camera<float>> camera;  ///< Of a depth image.
 };
 
+export bool is_depth_image(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending == ".png";
+}
+
 /// A cloud, or a depth image as one.
 export tool_input read_input(const std::filesystem::path& path, const depth_settings& depth,
                              bool quiet) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (ending != ".png") {
+  if (!is_depth_image(path)) {
     progress_line line{"reading", quiet};
     return {read_cloud<float>(path, {.monitor = line.monitor()}), std::nullopt};
   }
@@ -75,5 +79,5 @@ export tool_input read_input(const std::filesystem::path& path, const depth_sett
     camera.cx = float(depth.camera[2]);
     camera.cy = float(depth.camera[3]);
   }
-  return {cloud_from_depth(image, camera, {}, depth_scale{1 / depth.per_metre}), camera};
+  return {cloud_from_depth(image, camera, {}, depth_scale{depth.per_metre}), camera};
 }

@@ -29,7 +29,8 @@ namespace {
 
 using detail::number;
 
-constexpr std::string_view origin_keyword = "origin ";
+// Such that no comment of anybody else is taken for it.
+constexpr std::string_view origin_keyword = "cilantro origin ";
 
 }  // namespace
 
@@ -39,9 +40,8 @@ bool same_name(std::string_view a, std::string_view b) {
 }
 
 template <Scalar S, int D>
-cloud_builder<S, D>::cloud_builder(std::vector<file_field> fields, origin_policy origin,
-                                   bool packed)
-    : fields_{std::move(fields)}, origin_{origin} {
+cloud_builder<S, D>::cloud_builder(std::vector<file_field> fields, origin_policy origin, style how)
+    : fields_{std::move(fields)}, origin_{origin}, is_text_{how == style::text} {
   targets_.resize(fields_.size());
   for (std::size_t f = 0; f < fields_.size(); ++f) {
     if (fields_[f].is_skipped) continue;
@@ -58,9 +58,10 @@ cloud_builder<S, D>::cloud_builder(std::vector<file_field> fields, origin_policy
     with_normals_ = assign({"nx", "ny", "nz"}, kind::normal) ||
                     assign({"normal_x", "normal_y", "normal_z"}, kind::normal);
   }
-  with_colors_ =
-      assign({"red", "green", "blue"}, kind::color) || assign({"r", "g", "b"}, kind::color);
-  if (packed && !with_colors_)
+  with_colors_ = assign({"red", "green", "blue"}, kind::color) ||
+                 assign({"r", "g", "b"}, kind::color) ||
+                 assign({"diffuse_red", "diffuse_green", "diffuse_blue"}, kind::color);
+  if (how == style::packed && !with_colors_)
     with_colors_ = assign({"rgba"}, kind::packed_color) || assign({"rgb"}, kind::packed_color);
   for (std::size_t f = 0; f < targets_.size(); ++f)
     if (targets_[f].to == kind::point && std::same_as<S, float> &&
@@ -147,23 +148,59 @@ void cloud_builder<S, D>::store_column(std::size_t f, index_t first, index_t n, 
   }
 }
 
+/// The median, so that a point that strays does not take all others with it.
 template <Scalar S, int D>
 void cloud_builder<S, D>::choose_origin() {
   if (wide_.cols() == 0) return;  // A row of nothing cannot even be looked at.
   constexpr double far = 10'000;
   point_vector<double, D> middle = no_origin<D>();
   bool is_rounded = false;
+  std::vector<double> finite;
   for (index_t d = 0; d < D; ++d) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const double value : wide_.row(d)) {
-      if (!std::isfinite(value)) continue;
-      low = std::min(low, value);
-      high = std::max(high, value);
-      is_rounded = is_rounded || (std::abs(value) >= far && double(static_cast<S>(value)) != value);
-    }
-    if (std::max(-low, high) >= far) middle[d] = std::round(low / 2 + high / 2);
+    finite.clear();
+    for (const double value : wide_.row(d))
+      if (std::isfinite(value)) finite.push_back(value);
+    if (finite.empty()) continue;
+    const auto median = finite.begin() + std::ssize(finite) / 2;
+    std::ranges::nth_element(finite, median);
+    if (std::abs(*median) < far) continue;
+    middle[d] = std::round(*median);
+    is_rounded = is_rounded || !std::ranges::all_of(finite, [&](double value) {
+                   return std::abs(value) < far || is_exact(value);
+                 });
   }
   if (is_rounded) cloud_.origin = middle;
+}
+
+/// Whether S holds a value: to the bit, or if the file is a text, to the digits that it has.
+template <Scalar S, int D>
+bool cloud_builder<S, D>::is_exact(double value) const {
+  const S rounded = static_cast<S>(value);
+  if (double(rounded) == value) return true;
+  if (!is_text_) return false;
+  std::array<char, 64> as_read, as_kept;
+  const auto written = [](std::array<char, 64>& digits, auto number) {
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+    return std::string_view{digits.data(), end};
+  };
+  return written(as_read, value) == written(as_kept, rounded);
+}
+
+/// Floating colours are from 0 to 1, or, if one of them is above 1, from 0 to 255, or to 65535.
+template <Scalar S, int D>
+void cloud_builder<S, D>::scale_colors() {
+  const bool are_floating = std::ranges::any_of(fields_, [&](const file_field& field) {
+    return targets_[static_cast<std::size_t>(&field - fields_.data())].to == kind::color &&
+           detail::is_floating(field.type);
+  });
+  if (!are_floating) return;
+  float most = 0;
+  for (const float c : cloud_.colors.reshaped())
+    if (std::isfinite(c)) most = std::max(most, c);
+  if (most > 255)
+    cloud_.colors /= 65535.0f;
+  else if (most > 1)
+    cloud_.colors /= 255.0f;
 }
 
 template <Scalar S, int D>
@@ -180,6 +217,7 @@ point_cloud<S, D> cloud_builder<S, D>::finish(std::vector<std::string> comments)
     cloud_.points =
         (cloud_.points.template cast<double>().colwise() - cloud_.origin).template cast<S>();
   wide_.resize(D, 0);
+  scale_colors();
   for (std::size_t f = 0; f < targets_.size(); ++f)
     if (targets_[f].to == kind::attribute)
       cloud_.attributes.push_back({fields_[f].name, std::move(targets_[f].values)});

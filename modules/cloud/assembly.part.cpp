@@ -38,10 +38,13 @@ struct file_field {
 template <Scalar S, int D>
 class cloud_builder {
  public:
+  /// What else is special: colours may be packed in 32 bits, or numbers are decimal.
+  enum class style { plain, packed, text };
+
   /// x, y (and z) become the points, nx or normal_x and so on the normals, red or r and so on, as 8
   /// bits or as floating numbers, the colours; rgb and rgba, of 32 bits, colours, too, if they are
-  /// `packed`. Capital letters do as well. Every other column becomes an attribute.
-  cloud_builder(std::vector<file_field> fields, origin_policy origin, bool packed = false);
+  /// packed. Capital letters do as well. Every other column becomes an attribute.
+  cloud_builder(std::vector<file_field> fields, origin_policy origin, style how = style::plain);
 
   [[nodiscard]] bool has_points() const { return has_points_; }
   /// Makes room. Nothing is asked for before.
@@ -110,9 +113,12 @@ class cloud_builder {
   void store_column(std::size_t f, index_t first, index_t n, const char* data, std::size_t stride);
   bool assign(std::initializer_list<std::string_view> names, kind to);
   void choose_origin();
+  [[nodiscard]] bool is_exact(double value) const;
+  void scale_colors();
 
   std::vector<file_field> fields_;
   origin_policy origin_;
+  bool is_text_;
   bool has_points_ = false, with_normals_ = false, with_colors_ = false;
   bool is_wide_ = false;  ///< Whether coordinates are kept in double until all are known.
   point_matrix<double, D> wide_;

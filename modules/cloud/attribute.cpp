@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <concepts>
 #include <cstddef>
@@ -17,6 +18,12 @@ module;
 module cilantro.cloud;
 
 namespace cilantro {
+
+std::string_view type_name(const attribute_values& values) {
+  constexpr std::array names{"int8",   "uint8", "int16",  "uint16", "int32",
+                             "uint32", "float", "double", "int64",  "uint64"};
+  return names[values.index()];
+}
 namespace {
 
 template <std::floating_point T>

@@ -25,6 +25,37 @@ export struct attribute {
   friend bool operator==(const attribute&, const attribute&) = default;
 };
 
+/// The name of the type of which there are values, such as "uint8" or "float".
+export [[nodiscard]] std::string_view type_name(const attribute_values& values);
+
+/// The fixed-width type that holds a T.
+template <class T>
+struct kept_type {
+  using type = T;
+};
+template <>
+struct kept_type<bool> {
+  using type = std::uint8_t;
+};
+template <std::integral T>
+  requires(!std::same_as<T, bool>)
+struct kept_type<T> {
+  using type = std::conditional_t<
+      sizeof(T) == 8, std::conditional_t<std::is_signed_v<T>, std::int64_t, std::uint64_t>,
+      std::conditional_t<
+          sizeof(T) == 4, std::conditional_t<std::is_signed_v<T>, std::int32_t, std::uint32_t>,
+          std::conditional_t<sizeof(T) == 2,
+                             std::conditional_t<std::is_signed_v<T>, std::int16_t, std::uint16_t>,
+                             std::conditional_t<std::is_signed_v<T>, std::int8_t, std::uint8_t>>>>;
+};
+
+/// A range of numbers of any type, as the values of an attribute: labels, a mask, what a view
+/// computes.
+export template <class R>
+concept AttributeRange =
+    std::ranges::input_range<R> && std::is_arithmetic_v<std::ranges::range_value_t<R>> &&
+    !std::convertible_to<R, attribute_values>;
+
 /// The values of the given points, in that order. Precondition: all indices are in range.
 attribute select(const attribute& all, std::span<const std::int32_t> indices);
 

@@ -62,14 +62,21 @@ class byte_stream {
     }
   }
 
-  /// The next line without its end, or nothing at the end of the file.
+  /// Passes over the three bytes with which some editors begin a text.
+  void skip_byte_order_mark() {
+    if (peek(3) == "\xEF\xBB\xBF") take(3);
+  }
+
+  /// The next line without its end, or nothing at the end of the file. Lines end as the first of
+  /// them does: in a newline, with or without a carriage return before it, or in one alone.
   std::optional<std::string_view> take_line() {
     std::size_t searched = 0;
+    if (line_end_ == '\0') line_end_ = first_line_end();
     for (;;) {
       const char* first = room_.data() + begin_;
       const std::size_t available = end_ - begin_;
       const void* newline = available > searched
-                                ? std::memchr(first + searched, '\n', available - searched)
+                                ? std::memchr(first + searched, line_end_, available - searched)
                                 : nullptr;
       if (newline != nullptr || available == size_ - position()) {
         if (newline == nullptr && available == 0) return std::nullopt;
@@ -97,6 +104,19 @@ class byte_stream {
  private:
   static constexpr std::size_t piece = std::size_t{1} << 18;
 
+  char first_line_end() {
+    for (std::size_t looked_at = 0;;) {
+      const auto all = peek(looked_at + piece);
+      const auto at = all.find_first_of("\r\n", looked_at);
+      // One more byte tells whether a newline follows.
+      if (at != all.npos && (all[at] == '\n' || at + 1 < all.size() || all.size() == remaining()))
+        return all[at] == '\r' && (at + 1 == all.size() || all[at + 1] != '\n') ? '\r' : '\n';
+      if (all.size() == remaining()) return '\n';
+      if (all.size() <= looked_at) fail_at_byte("the file became shorter while it was read");
+      looked_at = at == all.npos ? all.size() : at;
+    }
+  }
+
   /// Makes at least `count` bytes available, if the file has them.
   void load(std::size_t count) {
     std::copy(room_.data() + begin_, room_.data() + end_, room_.data());
@@ -113,6 +133,7 @@ class byte_stream {
   refill more_;
   std::vector<char> room_;
   std::size_t begin_ = 0, end_ = 0;
+  char line_end_ = '\0';  ///< Not known before the first line.
 };
 
 /// The words of a line, between white space, and commas and semicolons if these separate, too.

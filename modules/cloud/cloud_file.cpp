@@ -1,14 +1,27 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <algorithm>
+#include <bit>
 #include <cctype>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
+#include <vector>
+
+#include "cloud/byte_stream.hpp"
+#include "cloud/file.hpp"
+#include "cloud/number.hpp"
 module cilantro.cloud;
+
+import :assembly;
+import :streams;
 
 namespace cilantro {
 namespace {
 
-enum class ending { ply, pcd, text, csv, pts };
+enum class ending { ply, pcd, text, csv, pts, npy, raw };
 
 ending ending_of(const std::filesystem::path& path, const char* who) {
   std::string name = path.extension().string();
@@ -18,8 +31,67 @@ ending ending_of(const std::filesystem::path& path, const char* who) {
   if (name == ".xyz" || name == ".txt" || name == ".asc") return ending::text;
   if (name == ".csv") return ending::csv;
   if (name == ".pts") return ending::pts;
+  if (name == ".npy") return ending::npy;
+  if (name == ".bin") return ending::raw;
   throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
                       known_cloud_files()};
+}
+
+/// The usual names of the columns of an array: coordinates, then an intensity, or others.
+template <int D>
+std::vector<file_field> usual_fields(index_t columns, detail::number type) {
+  std::vector<file_field> fields;
+  for (const char* axis : {"x", "y", "z"})
+    if (std::ssize(fields) < D) fields.push_back({axis, type});
+  if (columns == D + 1) fields.push_back({"intensity", type});
+  while (std::ssize(fields) < columns)
+    fields.push_back({"column_" + std::to_string(fields.size() + 1), type});
+  return fields;
+}
+
+/// A point from each row of an array.
+template <Scalar S, int D>
+point_cloud<S, D> read_rows(const std::filesystem::path& path, const read_options& options) {
+  const auto rows = read_matrix<double>(path, options.monitor);
+  if (rows.cols() < D || rows.cols() > 4096 ||
+      rows.rows() > std::numeric_limits<std::int32_t>::max())
+    throw io_error{path, "each row must hold the " + std::to_string(D) +
+                             " coordinates of a point, or more, and the array is of " +
+                             std::to_string(rows.rows()) + " x " + std::to_string(rows.cols())};
+  const auto fields = usual_fields<D>(rows.cols(), detail::number::float64);
+  cloud_builder<S, D> builder{fields, options.origin};
+  builder.resize(rows.rows());
+  for (index_t c = 0; c < rows.cols() && rows.rows() > 0; ++c)
+    builder.store_column(static_cast<std::size_t>(c), 0, rows.rows(),
+                         reinterpret_cast<const char*>(&rows(0, c)), sizeof(double), false);
+  return builder.finish({});
+}
+
+/// Floats x, y, z and an intensity for each point, in the byte order of nearly all machines, and
+/// nothing else: the scans of KITTI.
+template <Scalar S, int D>
+point_cloud<S, D> read_raw(const std::filesystem::path& path, const read_options& options) {
+  return with_stream(path, [&](detail::byte_stream& in) {
+    constexpr std::size_t record = 4 * sizeof(float), piece = 4096;
+    if (in.size() % record != 0)
+      in.fail_at_byte("the file has " + std::to_string(in.size()) +
+                      " bytes, and a point of four floats takes 16");
+    if (in.size() / record > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
+      in.fail_at_byte("there are more than 2^31 - 1 points");
+    const auto n = static_cast<index_t>(in.size() / record);
+    cloud_builder<S, D> builder{usual_fields<D>(4, detail::number::float32), options.origin};
+    builder.resize(n);
+    for (index_t first = 0; first < n; first += piece) {
+      watch(options.monitor, double(first), double(n));
+      const index_t some = std::min<index_t>(piece, n - first);
+      const char* data = in.take(static_cast<std::size_t>(some) * record);
+      for (std::size_t c = 0; c < 4; ++c)
+        builder.store_column(c, first, some, data + c * sizeof(float), record,
+                             std::endian::native == std::endian::big);
+    }
+    watch(options.monitor, 1, 1);
+    return builder.finish({});
+  });
 }
 
 }  // namespace
@@ -40,6 +112,10 @@ point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_optio
     case ending::csv:
     case ending::pts:
       break;
+    case ending::npy:
+      return read_rows<S, D>(path, options);
+    case ending::raw:
+      return read_raw<S, D>(path, options);
   }
   return read_text<S, D>(path, {.origin = options.origin, .monitor = options.monitor});
 }
@@ -62,7 +138,13 @@ void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& pa
         return write_pts(cloud, path, monitor);
       else
         throw invalid_input{"write_cloud: the points of a PTS file have three coordinates"};
+    case ending::npy:
+    case ending::raw:
+      break;
   }
+  throw invalid_input{"write_cloud: \"" + path.string() +
+                      "\" is of a kind that is only read: clouds are written to " +
+                      known_cloud_files()};
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                                \

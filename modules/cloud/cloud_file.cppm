@@ -9,11 +9,13 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// The endings of files that `read_cloud` and `write_cloud` know, as a sentence for messages.
+/// The endings of files that `read_cloud` and `write_cloud` know, as a sentence for messages; the
+/// former knows .npy and .bin as well.
 export [[nodiscard]] std::string known_cloud_files();
 
 /// Reads a cloud from a file whose ending says what it is: .ply, .pcd; .xyz, .txt, .asc, .csv and
-/// .pts as text. Capital letters do as well. See `read_ply`, `read_pcd` and `read_text`.
+/// .pts as text; .npy with a point a row, and .bin of four floats a point, x, y, z and intensity,
+/// as in KITTI. Capital letters do as well. See `read_ply`, `read_pcd` and `read_text`.
 /// Throws `io_error`, and `invalid_input` for another ending.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)

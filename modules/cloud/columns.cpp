@@ -89,6 +89,11 @@ std::vector<file_column> columns_of(const point_cloud<S, D>& cloud, const column
   if (cloud.has_normals())
     for (int d = 0; d < D; ++d)
       columns.push_back({std::string{style.normal_prefix} + axes[d], row_of(cloud.normals, d), D});
+  for (index_t i = 0; i < cloud.colors.cols(); ++i)
+    for (const float c : cloud.colors.col(i))
+      if (!(c >= -1e-6f && c <= 1 + 1e-6f))
+        throw invalid_input{"a color of point " + std::to_string(i) + " is " + std::to_string(c) +
+                            ", and cannot be written: colors are from 0 to 1"};
   if (cloud.has_colors() && style.colors == color_form::packed)
     columns.push_back({"rgb", row_of(cloud.colors, 0), 3, form::packed});
   else if (cloud.has_colors())

@@ -16,7 +16,7 @@ point_cloud<S, 3> organized_cloud(const image<S>& depth, const pinhole_camera<S>
                                   const depth_cloud_options& options) {
   const execution how{.threads = options.threads};
   point_cloud<S, 3> cloud;
-  cloud.points = unproject(depth, camera, depth_in_metres, how);
+  cloud.points = unproject(depth, camera, depth_scale{}, how);
   if (options.normals) cloud.normals = organized_normals(cloud.points, camera, how);
   cloud.width = depth.width();
   cloud.height = depth.height();

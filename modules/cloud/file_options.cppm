@@ -8,9 +8,12 @@ namespace cilantro {
 
 /// What is done with coordinates that a cloud's scalar would round, such as those of maps.
 export enum class origin_policy {
-  /// If a file has coordinates of 10,000 or more that float does not hold exactly, whole numbers in
-  /// the middle of its points are subtracted in double, and kept as the cloud's origin. An origin
-  /// that a writer of this library has noted in the file is taken in any case.
+  /// If the median of the points has coordinates of 10,000 or more, and float does not hold those
+  /// of
+  /// all points (to the bit; of a text, to its digits), the median in whole numbers is subtracted
+  /// in
+  /// double, and kept as the cloud's origin. An origin that a writer of this library has noted in
+  /// the file is taken in any case.
   automatic,
   none,  ///< They are rounded, and the origin is zero.
 };

@@ -11,6 +11,74 @@ import :point_cloud;
 
 namespace cilantro {
 
+/// Which points of a cloud are meant: those with some indices, those of a mask, which has one truth
+/// value per point (bool, or a byte such as in `dbscan_result::is_core`), or those whose index
+/// satisfies a predicate.
+export template <class W>
+concept PointChoice = IndexRange<W> || MaskRange<W> || std::predicate<W, index_t>;
+
+/// For each point whether it is chosen. Throws `invalid_input`, naming the function `who`, for an
+/// index that is out of range, and for a mask of another size.
+template <PointChoice W>
+[[nodiscard]] std::vector<bool> mask_of(W&& which, index_t size, const char* who) {
+  std::vector<bool> mask(static_cast<std::size_t>(size));
+  if constexpr (std::predicate<W, index_t>) {
+    for (index_t i = 0; i < size; ++i) mask[static_cast<std::size_t>(i)] = which(i);
+  } else if constexpr (MaskRange<W>) {
+    index_t count = 0;
+    for (const auto chosen : which) {
+      if (count < size) mask[static_cast<std::size_t>(count)] = static_cast<bool>(chosen);
+      ++count;
+    }
+    expects(count == size, std::string{who} + ": the mask has " + std::to_string(count) +
+                               " values, and the cloud has " + std::to_string(size) + " points");
+  } else {
+    for (const auto i : which) mask[static_cast<std::size_t>(checked_index(i, size, who))] = true;
+  }
+  return mask;
+}
+
+template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> gather(const point_cloud<S, D>& cloud,
+                                       const std::vector<bool>& mask, bool chosen) {
+  std::vector<std::int32_t> kept;
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] == chosen) kept.push_back(static_cast<std::int32_t>(i));
+  return gather(cloud, kept);
+}
+
+/// The chosen points, with all that belongs to them: in the order of the indices and as often as
+/// one is named, otherwise in the order of the cloud. Throws `invalid_input` for an index that is
+/// out of range, and for a mask that has not one value per point.
+export template <Scalar S, int D, PointChoice W>
+[[nodiscard]] point_cloud<S, D> select(const point_cloud<S, D>& cloud, W&& which) {
+  expect_consistent(cloud, "select");
+  if constexpr (IndexRange<W>) {
+    std::vector<std::int32_t> all;
+    for (const auto i : which) all.push_back(checked_index(i, cloud.size(), "select"));
+    return gather(cloud, all);
+  } else {
+    return gather(cloud, mask_of(which, cloud.size(), "select"), true);
+  }
+}
+
+/// All other points than `select` gives, in the order of the cloud. Throws as it does.
+export template <Scalar S, int D, PointChoice W>
+[[nodiscard]] point_cloud<S, D> exclude(const point_cloud<S, D>& cloud, W&& which) {
+  expect_consistent(cloud, "exclude");
+  return gather(cloud, mask_of(which, cloud.size(), "exclude"), false);
+}
+
+/// The cloud without the points that have a non-finite coordinate, in order, with all that belongs
+/// to the others. A cloud without such points is handed on as it is.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> remove_invalid(point_cloud<S, D> cloud) {
+  expect_consistent(cloud, "remove_invalid");
+  const auto kept = finite_columns<S, closed_dimension<D>>(as_points(cloud.points));
+  if (std::ssize(kept) == cloud.size()) return cloud;
+  return gather(cloud, kept);
+}
+
 /// Where a filter tells which points of the cloud it was given it has removed: their indices,
 /// ascending. May be null.
 export using removed_indices = std::vector<index_t>*;

@@ -105,12 +105,24 @@ bool parse_number(std::string_view word, T& value) {
   } else {
     double real = 0;
     const auto [rest, error] = std::from_chars(word.data(), end, real);
+    // As run-time libraries of Windows wrote what is no number: 1.#QNAN, -1.#IND, 1.#INF.
+    if (const std::string_view odd{rest, static_cast<std::size_t>(end - rest)};
+        std::abs(real) == 1 && odd.starts_with('#')) {
+      const bool is_infinite = odd.starts_with("#INF");
+      if (!is_infinite && !odd.starts_with("#IND") && !odd.starts_with("#QNAN") &&
+          !odd.starts_with("#SNAN"))
+        return false;
+      value = is_infinite ? static_cast<T>(real) * std::numeric_limits<T>::infinity()
+                          : std::numeric_limits<T>::quiet_NaN();
+      return true;
+    }
     if (rest != end || word.empty()) return false;
     // Too large for a double is an error, too small for one is nothing.
     if (error == std::errc::result_out_of_range && word.find("e-") == word.npos &&
         word.find("E-") == word.npos)
       return false;
     if (error == std::errc::result_out_of_range) real = 0;
+    if (std::isfinite(real) && std::abs(real) > double(std::numeric_limits<T>::max())) return false;
     value = static_cast<T>(real);
     return error == std::errc{} || error == std::errc::result_out_of_range;
   }

@@ -118,8 +118,10 @@ class header_reader {
         in_.fail_at_line("the field \"" + names_[i] + "\" comes twice");
       field next{names_[i], type_of(types_[i], sizes_[i])};
       const auto count = counts_.empty() ? 1 : integer(counts_[i], "COUNT");
-      if (count == 0 || count > most_columns)
-        in_.fail_at_line("the field \"" + names_[i] + "\" has no values, or too many");
+      if (count > most_columns)
+        in_.fail_at_line("the field \"" + names_[i] + "\" has too many values");
+      // Some programs fill up records by fields without values.
+      if (count == 0) continue;
       next.count = static_cast<std::uint32_t>(count);
       header_.fields.push_back(std::move(next));
     }

@@ -52,7 +52,7 @@ class pcd_reader {
         monitor_{options.monitor},
         header_{pcd::read_header(in)},
         fields_{fields_of(header_)},
-        builder_{fields_, options.origin, true} {
+        builder_{fields_, options.origin, cloud_builder<S, D>::style::packed} {
     if (!builder_.has_points())
       in_.fail_at_line(D == 2 ? "the points have no x and y" : "the points have no x, y and z");
     if (header_.points > std::uint64_t{std::numeric_limits<std::int32_t>::max()})

@@ -25,6 +25,7 @@ class header_reader {
   explicit header_reader(byte_stream& in) : in_{in} {}
 
   header read() {
+    in_.skip_byte_order_mark();
     // Looked at before lines are: a file of another kind may have none.
     if (in_.size() < 4 || std::string_view{in_.take(3), 3} != "ply")
       in_.fail_at_byte("this is not a PLY file: it does not begin with \"ply\"");

@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <ostream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,19 @@ module;
 module cilantro.cloud;
 
 namespace cilantro {
+
+void print(std::ostream& out, const cloud_summary& cloud) {
+  out << cloud.size << (cloud.size == 1 ? " point" : " points") << " in " << cloud.dimension << 'D';
+  if (cloud.width > 0) out << ", " << cloud.width << " x " << cloud.height;
+  if (cloud.has_normals) out << ", normals";
+  if (cloud.has_colors) out << ", colors";
+  for (const auto& a : cloud.attributes)
+    out << ", " << a.name << " (" << type_name(a.values) << ')';
+  if (cloud.origin.size() > 0) {
+    out << ", origin";
+    for (const double x : cloud.origin) out << ' ' << in_digits(x);
+  }
+}
 
 void expect_consistent(index_t points, index_t normals, index_t colors,
                        std::span<const attribute> attributes, const char* who) {
@@ -50,20 +64,6 @@ std::vector<std::int32_t> finite_columns(points_view<S, D> all) {
   return finite;
 }
 
-std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, index_t size) {
-  expects(size <= std::numeric_limits<std::int32_t>::max(),
-          "select: at most 2^31 - 1 points can be selected from");
-  std::vector<std::int32_t> checked;
-  checked.reserve(indices.size());
-  for (const index_t i : indices) {
-    if (i < 0 || i >= size)
-      throw invalid_input{"select: there is no point " + std::to_string(i) + " in a cloud of " +
-                          std::to_string(size)};
-    checked.push_back(static_cast<std::int32_t>(i));
-  }
-  return checked;
-}
-
 #define CILANTRO_INSTANTIATE(S, D)                                                            \
   template point_matrix<S, D> gather_columns<S, D>(points_view<S, D>,                         \
                                                    std::span<const std::int32_t>);            \
@@ -72,7 +72,6 @@ std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, inde
   template bool operator==(const point_cloud<S, D>&, const point_cloud<S, D>&);               \
   template void expect_consistent(const point_cloud<S, D>&, const char*);                     \
   template point_cloud<S, D> gather(const point_cloud<S, D>&, std::span<const std::int32_t>); \
-  template point_cloud<S, D> remove_invalid(point_cloud<S, D>);                               \
   template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);             \
   template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,           \
                                               const normals_options&);                        \

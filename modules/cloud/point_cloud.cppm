@@ -20,6 +20,16 @@ point_vector<double, D> no_origin() {
     return point_vector<double, D>::Zero();
 }
 
+/// Whether T, an integer, holds a value as it is.
+template <std::integral T, class V>
+[[nodiscard]] bool is_held(V value) {
+  if constexpr (std::integral<V>)
+    return std::in_range<T>(value);
+  else
+    return value == std::floor(value) && double(value) >= double(std::numeric_limits<T>::min()) &&
+           double(value) < std::ldexp(1.0, std::numeric_limits<T>::digits);
+}
+
 /// Points and what is known about each of them. A plain value: copy it, move it, compare it, write
 /// to its members. Every function on clouds keeps, drops or transforms each member as its comment
 /// says.
@@ -28,15 +38,16 @@ struct point_cloud {
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  point_matrix<S, D> points = {};   ///< `Dim × N`, relative to `origin`.
-  point_matrix<S, D> normals = {};  ///< `Dim × N`, unit length or zero if unknown; or no columns.
-  Eigen::Matrix<float, 3, dynamic> colors =
-      {};                                  ///< `3 × N` red, green, blue in [0, 1]; or no columns.
+  sized<point_matrix<S, D>> points = {};  ///< `Dim × N`, relative to `origin`.
+  /// `Dim × N`, unit length or zero if unknown; or no columns.
+  sized<point_matrix<S, D>> normals = {};
+  /// `3 × N` red, green, blue in [0, 1]; or no columns.
+  sized<Eigen::Matrix3Xf> colors = {};
   std::vector<attribute> attributes = {};  ///< Any number, with different names.
   std::vector<std::string> comments = {};  ///< About the whole; always kept.
   /// Where in the world (0, 0, …) is, in double: what readers subtract from coordinates, such as
   /// those of maps, that the scalar would round. World coordinates are points + origin.
-  point_vector<double, D> origin = no_origin<D>();
+  sized<point_vector<double, D>> origin = no_origin<D>();
   /// Of an organised cloud, whose points are the pixels of a picture, row by row; otherwise 0. Kept
   /// as long as all points are.
   int width = 0, height = 0;
@@ -50,8 +61,8 @@ struct point_cloud {
   [[nodiscard]] bool is_organized() const { return width > 0 && height > 0; }
   /// The origin with all its coordinates, also where it has none.
   [[nodiscard]] point_vector<double, D> full_origin() const {
-    return origin.size() > 0 ? origin
-                             : point_vector<double, D>{point_vector<double, D>::Zero(dimension())};
+    if (origin.size() > 0) return origin;
+    return point_vector<double, D>::Zero(dimension());
   }
   /// A place in the world as the cloud's points are given.
   [[nodiscard]] coordinates to_local(const coordinates& world) const;
@@ -62,15 +73,41 @@ struct point_cloud {
       if (a.name == name) return &a;
     return nullptr;
   }
-  /// The values of an attribute of type T. Throws `invalid_input` if there is none of that name and
-  /// type.
+  /// The values of an attribute that holds T, where they lie. Throws `invalid_input` if there is
+  /// none of that name and type. What type a reader gives, depends on the file: see `attribute_to`.
   template <class T>
   [[nodiscard]] std::span<const T> attribute_as(std::string_view name) const {
     const attribute* found = find_attribute(name);
     expects(found != nullptr, "the cloud has no attribute \"" + std::string{name} + '"');
     const auto* values = std::get_if<std::vector<T>>(&found->values);
-    expects(values != nullptr, "the attribute \"" + std::string{name} + "\" has another type");
+    expects(values != nullptr, "the attribute \"" + std::string{name} + "\" holds " +
+                                   std::string{type_name(found->values)} + ", and " +
+                                   std::string{type_name(std::vector<T>{})} + " was asked for");
     return *values;
+  }
+  /// The values of an attribute of any type, converted to T. Throws `invalid_input` if there is
+  /// none of that name, and for an integer T that cannot hold a value.
+  template <class T>
+    requires std::is_arithmetic_v<T>
+  [[nodiscard]] std::vector<T> attribute_to(std::string_view name) const {
+    const attribute* found = find_attribute(name);
+    expects(found != nullptr, "the cloud has no attribute \"" + std::string{name} + '"');
+    std::vector<T> converted;
+    std::visit(
+        [&](const auto& values) {
+          for (const auto value : values) {
+            const T next = static_cast<T>(value);
+            if constexpr (std::integral<T>)
+              expects(is_held<T>(value),
+                      "the attribute \"" + std::string{name} + "\" has the value " +
+                          in_digits(double(value)) + ", which " +
+                          std::string{type_name(std::vector<typename kept_type<T>::type>{})} +
+                          " cannot hold");
+            converted.push_back(next);
+          }
+        },
+        found->values);
+    return converted;
   }
   /// Adds an attribute, or replaces the one of that name. Throws `invalid_input` unless there is
   /// one value per point.
@@ -85,7 +122,39 @@ struct point_cloud {
       }
     attributes.push_back(std::move(next));
   }
+  /// The same of any numbers: `cloud.set_attribute("cluster", found.labels())`.
+  template <AttributeRange R>
+  void set_attribute(std::string_view name, R&& values) {
+    using T = typename kept_type<std::ranges::range_value_t<R>>::type;
+    std::vector<T> kept;
+    for (const auto value : values) kept.push_back(static_cast<T>(value));
+    set_attribute(name, attribute_values{std::move(kept)});
+  }
+  template <class T>
+    requires std::is_arithmetic_v<T>
+  void set_attribute(std::string_view name, std::initializer_list<T> values) {
+    set_attribute(name, std::span<const T>{values.begin(), values.size()});
+  }
 };
+
+/// What is told of a cloud that is printed.
+struct cloud_summary {
+  index_t size, dimension;
+  bool has_normals, has_colors;
+  int width, height;
+  std::span<const attribute> attributes;
+  Eigen::VectorXd origin;  ///< Of no size if there is none.
+};
+void print(std::ostream& out, const cloud_summary& cloud);
+
+/// A line of what the cloud has.
+export template <Scalar S, int D>
+std::ostream& operator<<(std::ostream& out, const point_cloud<S, D>& cloud) {
+  print(out, {cloud.size(), cloud.dimension(), cloud.has_normals(), cloud.has_colors(), cloud.width,
+              cloud.height, cloud.attributes,
+              cloud.has_origin() ? Eigen::VectorXd{cloud.origin} : Eigen::VectorXd{}});
+  return out;
+}
 
 /// A `point_cloud` of any scalar and dimension.
 export template <class T>
@@ -119,6 +188,8 @@ void expect_consistent(index_t points, index_t normals, index_t colors,
 template <Scalar S, int D>
 void expect_consistent(const point_cloud<S, D>& cloud, const char* who) {
   expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), cloud.attributes, who);
+  expects(!cloud.has_normals() || cloud.normals.rows() == cloud.dimension(),
+          std::string{who} + ": points and normals of the cloud differ in dimension");
   expects((cloud.width == 0 && cloud.height == 0) ||
               index_t{cloud.width} * cloud.height == cloud.size(),
           std::string{who} + ": width and height of the cloud do not fit its points");
@@ -131,7 +202,6 @@ template <Scalar S, int D>
 point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices);
 template <Scalar S, int D>
 std::vector<std::int32_t> finite_columns(points_view<S, D> all);
-std::vector<std::int32_t> checked_indices(std::span<const index_t> indices, index_t size);
 
 template <Scalar S, int D>
 point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::int32_t> indices) {
@@ -146,36 +216,6 @@ point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::in
   selected.comments = cloud.comments;
   selected.origin = cloud.origin;
   return selected;
-}
-
-/// The points with the given indices, with all that belongs to them; in that order, and as often as
-/// an index is named. Throws `invalid_input` for an index that is out of range.
-export template <Scalar S, int D, IndexRange R>
-[[nodiscard]] point_cloud<S, D> select(const point_cloud<S, D>& cloud, R&& indices) {
-  expect_consistent(cloud, "select");
-  std::vector<index_t> all;
-  for (const auto i : indices) all.push_back(static_cast<index_t>(i));
-  return gather(cloud, checked_indices(all, cloud.size()));
-}
-
-/// The points whose index satisfies `keep`, in their order, with all that belongs to them.
-export template <Scalar S, int D, std::predicate<index_t> F>
-[[nodiscard]] point_cloud<S, D> select(const point_cloud<S, D>& cloud, F&& keep) {
-  expect_consistent(cloud, "select");
-  std::vector<std::int32_t> kept;
-  for (index_t i = 0; i < cloud.size(); ++i)
-    if (keep(i)) kept.push_back(static_cast<std::int32_t>(i));
-  return gather(cloud, kept);
-}
-
-/// The cloud without the points that have a non-finite coordinate, in order, with all that belongs
-/// to the others. A cloud without such points is handed on as it is.
-export template <Scalar S, int D>
-[[nodiscard]] point_cloud<S, D> remove_invalid(point_cloud<S, D> cloud) {
-  expect_consistent(cloud, "remove_invalid");
-  const auto kept = finite_columns<S, closed_dimension<D>>(as_points(cloud.points));
-  if (std::ssize(kept) == cloud.size()) return cloud;
-  return gather(cloud, kept);
 }
 
 /// The cloud moved by `transform`, rigid or affine, of the world: points, and normals by the
@@ -380,7 +420,6 @@ export template <Scalar S, int D>
   extern template void expect_consistent(const point_cloud<S, D>&, const char*);                  \
   extern template point_cloud<S, D> gather(const point_cloud<S, D>&,                              \
                                            std::span<const std::int32_t>);                        \
-  extern template point_cloud<S, D> remove_invalid(point_cloud<S, D>);                            \
   extern template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);          \
   extern template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,        \
                                                      const normals_options&);                     \

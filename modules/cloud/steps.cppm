@@ -60,11 +60,18 @@ export template <AffineMap T>
   return step{[by]<PointCloud C>(C&& cloud) { return transform(std::forward<C>(cloud), by); }};
 }
 
-/// Keeps the points with the given indices, or those whose index satisfies a predicate.
+/// Keeps the chosen points: by indices, a mask or a predicate.
 export template <class Which>
-  requires std::predicate<const Which&, index_t> || IndexRange<const Which&>
+  requires PointChoice<const Which&>
 [[nodiscard]] auto select(Which which) {
   return step{[which = std::move(which)]<PointCloud C>(C&& cloud) { return select(cloud, which); }};
+}
+/// Keeps all others.
+export template <class Which>
+  requires PointChoice<const Which&>
+[[nodiscard]] auto exclude(Which which) {
+  return step{
+      [which = std::move(which)]<PointCloud C>(C&& cloud) { return exclude(cloud, which); }};
 }
 
 /// Appends `second` to the cloud.

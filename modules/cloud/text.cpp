@@ -42,7 +42,11 @@ constexpr std::size_t most_columns = 4096;
 names words_of(std::string_view line) {
   names all;
   word_reader words{line, true};
-  for (auto word = words.next(); !word.empty(); word = words.next()) all.emplace_back(word);
+  for (auto word = words.next(); !word.empty(); word = words.next()) {
+    if (word.size() > 2 && word.front() == '"' && word.back() == '"')
+      word = word.substr(1, word.size() - 2);
+    all.emplace_back(word);
+  }
   return all;
 }
 
@@ -51,9 +55,13 @@ bool is_number(std::string_view word) {
   return detail::parse_number(word, value);
 }
 
-/// Whether words are names of columns, of which the first are the coordinates.
+/// Whether words are names of columns: the coordinates are among them.
+template <int D>
 bool are_names(const names& words) {
-  return words.size() >= 2 && same_name(words[0], "x") && same_name(words[1], "y");
+  const auto has = [&](std::string_view name) {
+    return std::ranges::any_of(words, [&](const auto& word) { return same_name(word, name); });
+  };
+  return has("x") && has("y") && (D == 2 || has("z"));
 }
 
 template <Scalar S, int D>
@@ -64,7 +72,7 @@ class text_reader {
   point_cloud<S, D> read() {
     read_rows();
     const auto fields = describe();
-    cloud_builder<S, D> builder{fields, options_.origin};
+    cloud_builder<S, D> builder{fields, options_.origin, cloud_builder<S, D>::style::text};
     expects(builder.has_points() || options_.columns.empty(),
             D == 2 ? "read_text: the columns must name x and y"
                    : "read_text: the columns must name x, y and z");
@@ -90,11 +98,15 @@ class text_reader {
   }
 
   void read_rows() {
+    in_.skip_byte_order_mark();
     std::uint64_t lines = 0;
-    for (auto line = in_.take_line(); line && rows_ != count_.value_or(-1);
-         line = in_.take_line()) {
+    for (auto line = in_.take_line(); line; line = in_.take_line()) {
       if (lines++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
       if (is_comment(*line)) continue;
+      if (rows_ == count_.value_or(-1)) {
+        take_next_count(*line);
+        continue;
+      }
       if (columns_ > 0 ? take_row(*line) : take_first_row(*line)) ++rows_;
       if (rows_ == std::numeric_limits<std::int32_t>::max())
         in_.fail_at_line("there are more than 2^31 - 1 points");
@@ -102,6 +114,19 @@ class text_reader {
     if (rows_ < count_.value_or(0))
       in_.fail_at_line("the file ends after " + std::to_string(rows_) +
                        " points, and says it has " + std::to_string(*count_));
+  }
+
+  /// After all the points of a PTS file: the count of another scan, which begins here.
+  void take_next_count(std::string_view line) {
+    const auto words = words_of(line);
+    if (words.empty()) return;
+    std::uint32_t more = 0;
+    if (words.size() > 1 || !detail::parse_number(words[0], more))
+      in_.fail_at_line("there are more points than the " + std::to_string(*count_) +
+                       " that the file says it has");
+    if (more > in_.remaining() / (2 * D - 1) + 1)
+      in_.fail_at_line("the file says that it has more points than fit it");
+    *count_ += more;
   }
 
   bool is_comment(std::string_view line) {
@@ -116,6 +141,11 @@ class text_reader {
 
   /// Appends the values of a line; false if it is blank.
   bool take_row(std::string_view line) {
+    if (has_decimal_commas_) {
+      row_ = line;
+      std::ranges::replace(row_, ',', '.');
+      line = row_;
+    }
     const char* at = line.data();
     const char* const end = at + line.size();
     const auto skip = [&] {
@@ -133,7 +163,7 @@ class text_reader {
         // The rare forms: a plus sign, or what is too small or too large.
         word_reader words{{at, static_cast<std::size_t>(end - at)}, true};
         const auto word = words.next();
-        if (!detail::parse_number(word, real))
+        if (!detail::parse_number(word, real) && !is_skipped(count))
           in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no number");
         at = word.data() + word.size();
       } else {
@@ -150,6 +180,11 @@ class text_reader {
     return c == ' ' || c == ',' || c == '\t' || c == ';' || c == '\r' || c == '\v' || c == '\f';
   }
 
+  /// Whether the caller does not want a column, which may then hold words.
+  [[nodiscard]] bool is_skipped(std::size_t column) const {
+    return column < options_.columns.size() && options_.columns[column] == "_";
+  }
+
   /// Up to the first point: the count, names, and how many columns there are.
   bool take_first_row(std::string_view line) {
     const auto words = words_of(line);
@@ -163,11 +198,18 @@ class text_reader {
       count_ = count;
       return false;
     }
-    if (std::ranges::none_of(words, is_number) && are_names(words) && names_.empty()) {
+    // Where the caller has named the columns, what the file calls them does not matter.
+    const bool is_head =
+        options_.columns.empty() ? are_names<D>(words) : std::ranges::none_of(words, is_number);
+    if (is_head && names_.empty()) {
       names_ = words;
       return false;
     }
-    columns_ = words.size();
+    // Where semicolons separate, a comma does not.
+    has_decimal_commas_ = line.find(';') != line.npos && line.find(',') != line.npos;
+    columns_ = has_decimal_commas_
+                   ? static_cast<std::size_t>(std::ranges::count(line, ';')) + !line.ends_with(';')
+                   : words.size();
     return take_row(line);
   }
 
@@ -198,7 +240,8 @@ class text_reader {
         if (D == 2) add(normals);
         break;
       case 3:
-        if (D == 3) add(are_bytes(D) ? colors : normals);
+        // PTS files have no normals.
+        if (D == 3) add(count_ || are_bytes(D) ? colors : normals);
         if (D == 2 && are_bytes(D)) add(colors);
         break;
       case 4:
@@ -232,12 +275,16 @@ class text_reader {
                        std::to_string(all.size()) + " were named");
     if (all.empty()) {
       all = names_;
-      for (auto at = comments_.begin(); all.empty() && at != comments_.end(); ++at)
-        if (auto words = words_of(*at); words.size() == columns_ && are_names(words)) {
+      // The last one, which stands before the points: others are of whoever wrote them.
+      for (auto at = comments_.end(); all.empty() && at != comments_.begin();) {
+        --at;
+        if (auto words = words_of(*at);
+            (words.size() == columns_ || rows_ == 0) && are_names<D>(words)) {
           all = std::move(words);
           comments_.erase(at);
           break;
         }
+      }
       if (!all.empty() && rows_ > 0 && all.size() != columns_)
         in_.fail_at_line("there are " + std::to_string(columns_) + " columns, and " +
                          std::to_string(all.size()) + " names");
@@ -260,7 +307,7 @@ class text_reader {
                same_name(fields[c + 2].name, blue);
       };
       if ((are("red", "green", "blue") && are_bytes(c, false)) ||
-          (are("r", "g", "b") && are_bytes(c)))
+          (are("r", "g", "b") && are_bytes(c, !count_)))
         for (std::size_t i = c; i < c + 3; ++i) fields[i].type = number::uint8;
     }
     return fields;
@@ -273,6 +320,8 @@ class text_reader {
   std::optional<index_t> count_;
   std::size_t columns_ = 0;
   index_t rows_ = 0;
+  bool has_decimal_commas_ = false;
+  std::string row_;
   std::vector<double> values_;  ///< Row after row.
 };
 
@@ -302,7 +351,9 @@ void write_text(const point_cloud<S, D>& cloud, const std::filesystem::path& pat
   expects(is_space || separator == ',' || separator == ';',
           "write_text: the separator must be a space, a tab, a comma or a semicolon");
   const auto columns = columns_of(cloud, {});
-  expect_writable_names(columns, "write_text", ",;");
+  expect_writable_names(columns, "write_text", ",;\"");
+  for (const auto& column : columns)
+    expects(column.name != "_", "write_text: the attribute \"_\" would be skipped on reading");
   with_output(path, [&](detail::output_file& file) {
     const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
     std::string head;

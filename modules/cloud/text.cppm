@@ -26,22 +26,25 @@ export struct text_write_options {
 
 /// Reads lines of numbers: XYZ, PTS, ASC, CSV and their like, one point a line.
 ///
-/// White space, commas and semicolons separate; blank lines and lines that begin with # or // are
-/// passed over, the latter kept as comments. A first line of one whole number is the count of a PTS
-/// file. Columns are named by a first line of words, or a comment of as many words as there are
-/// columns, that begins with x y; otherwise what comes after the coordinates is taken for
+/// White space, commas and semicolons separate; in a file whose first point has both of the latter,
+/// commas are decimal. Blank lines and lines that begin with # or // are passed over, the latter
+/// kept as comments. A first line of one whole number is the count of a PTS file, which may be
+/// followed by the counts and points of further scans. Columns are named by a first line of words,
+/// quoted or not, or the last comment of as many words as there are columns, if x, y (and z) are
+/// among them; otherwise what comes after the coordinates is taken for
 ///
-/// - 1 more: intensity; 3 more: colours if they are whole numbers from 0 to 255, else normals;
+/// - 1 more: intensity; 3 more: colours if they are whole numbers from 0 to 255 or the file has a
+///   count, else normals;
 /// - 4 more: intensity and colours, or colours and alpha if those three are whole numbers from 0 to
 ///   255 and the file has no count; 6 more: colours and normals, in either order;
 /// - anything else: attributes named column_4 and so on.
 ///
 /// Colours of whole numbers from 0 to 255 are read as such, those of only 0 and 1 if the columns
-/// are spelled out as red, green and blue; others are taken for numbers in [0, 1]. Attributes are
-/// of double. Memory beside the result: up to 16 bytes a number. Throws `io_error` with path and
-/// line for a line with another number of values than the first, a word that is no number, or fewer
-/// points than the count says; `invalid_input` if columns are named and x, y (and z) are not among
-/// them.
+/// are spelled out as red, green and blue; others are numbers in [0, 1], or if one of them is above
+/// 1, from 0 to 255. Attributes are of double. Memory beside the result: up to 16 bytes a number.
+/// Throws `io_error` with path and line for a line with another number of values than the first, a
+/// word that is no number (but in a column that is skipped), or fewer or more points than the count
+/// says; `invalid_input` if columns are named and x, y (and z) are not among them.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_text(const std::filesystem::path& path,

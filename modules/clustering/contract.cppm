@@ -33,7 +33,7 @@ export template <Scalar S, SimilarityFunction<S> F>
 export template <Kernel K>
 [[nodiscard]] std::vector<std::string> check_kernel(const K& kernel) {
   violation_list violations;
-  const double support = kernel_support<K>();
+  const double support = double(kernel.support);
   const double end = std::isfinite(support) ? 1.5 * support : 10;
   violations.expect(support > 0, "the support is not positive");
   violations.expect(double(kernel(0.0)) > 0, "a point does not count where it lies");

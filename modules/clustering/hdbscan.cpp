@@ -98,13 +98,16 @@ class condensed_tree {
   [[nodiscard]] hdbscan_result result() const;
 
  private:
-  [[nodiscard]] double lambda(double weight) const {
+  /// Of a merge.
+  [[nodiscard]] double lambda(std::int32_t node) const {
+    const double weight = merges_[static_cast<std::size_t>(node - n_)].weight;
     return weight > 0 ? std::min(1 / weight, most_) : most_;
   }
   [[nodiscard]] index_t size(std::int32_t node) const {
     return node < n_ ? 1 : merges_[static_cast<std::size_t>(node - n_)].size;
   }
   void build();
+  void parts_of(std::int32_t node, std::vector<std::int32_t>& parts) const;
   void drop(std::int32_t node, index_t cluster, double at);
 
   const std::vector<merge>& merges_;
@@ -121,6 +124,7 @@ void condensed_tree::build() {
   // Not by recursion: the tree may be as deep as there are points.
   std::vector<std::pair<std::int32_t, index_t>> open{
       {static_cast<std::int32_t>(n_ + std::ssize(merges_) - 1), 0}};
+  std::vector<std::int32_t> parts;
   while (!open.empty()) {
     const auto [node, cluster] = open.back();
     open.pop_back();
@@ -128,21 +132,37 @@ void condensed_tree::build() {
       drop(node, cluster, most_);
       continue;
     }
-    const auto& [weight, left, right, both] = merges_[static_cast<std::size_t>(node - n_)];
-    const double at = lambda(weight);
-    const bool splits = size(left) >= least_ && size(right) >= least_;
-    for (const auto child : {left, right}) {
-      if (splits) {
-        clusters_[static_cast<std::size_t>(cluster)].stability +=
-            double(size(child)) * (at - clusters_[static_cast<std::size_t>(cluster)].birth);
-        open.emplace_back(child, std::ssize(clusters_));
-        clusters_.push_back({.birth = at, .parent = cluster});
-      } else if (size(child) >= least_) {
-        open.emplace_back(child, cluster);
+    const double at = lambda(node);
+    parts_of(node, parts);
+    const auto large = [&](std::int32_t part) { return size(part) >= least_; };
+    const bool splits = std::ranges::count_if(parts, large) > 1;
+    for (const auto part : parts) {
+      if (!large(part)) {
+        drop(part, cluster, at);
+      } else if (!splits) {
+        open.emplace_back(part, cluster);
       } else {
-        drop(child, cluster, at);
+        clusters_[static_cast<std::size_t>(cluster)].stability +=
+            double(size(part)) * (at - clusters_[static_cast<std::size_t>(cluster)].birth);
+        open.emplace_back(part, std::ssize(clusters_));
+        clusters_.push_back({.birth = at, .parent = cluster});
       }
     }
+  }
+}
+
+/// What is left of a node when all its edges of one weight go at once: which of them came first in
+/// the dendrogram depends on the order of the points.
+void condensed_tree::parts_of(std::int32_t node, std::vector<std::int32_t>& parts) const {
+  parts.assign(1, node);
+  for (std::size_t i = 0; i < parts.size();) {
+    const auto part = parts[i];
+    if (part < n_ || lambda(part) != lambda(node)) {
+      ++i;
+      continue;
+    }
+    parts[i] = merges_[static_cast<std::size_t>(part - n_)].left;
+    parts.push_back(merges_[static_cast<std::size_t>(part - n_)].right);
   }
 }
 
@@ -169,7 +189,8 @@ void condensed_tree::drop(std::int32_t node, index_t cluster, double at) {
 void condensed_tree::choose(bool allow_single_cluster) {
   for (std::size_t c = clusters_.size(); c-- > 0;) {
     auto& one = clusters_[c];
-    one.is_chosen = one.stability >= one.below && (c > 0 || allow_single_cluster);
+    // Sums in another order are rounded in another way, which must not decide.
+    one.is_chosen = one.stability >= one.below * (1 - 1e-12) && (c > 0 || allow_single_cluster);
     if (one.parent >= 0)
       clusters_[static_cast<std::size_t>(one.parent)].below += std::max(one.stability, one.below);
   }

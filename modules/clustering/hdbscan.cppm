@@ -30,7 +30,7 @@ export struct hdbscan_result : clusters {
 /// infinitely far apart. With the neighbours of a `knn{k}` where k is well above `min_points`, 15
 /// to 30, this differs from the hierarchy of all pairs only where clusters are far apart, and with
 /// k = N it is the same. Neighbourhoods contain the point itself, as searches find it; a point
-/// without any is noise. O(E log E), 32 bytes an edge.
+/// without any is noise. The same for the points in any order. O(E log E), 32 bytes an edge.
 /// Throws `invalid_input` for a neighbour that is no node, for a distance that is negative or NaN,
 /// and for a size or count below 1 (of clusters: 2).
 /// Source: Campello, Moulavi, Zimek & Sander 2015, "Hierarchical density estimates for data

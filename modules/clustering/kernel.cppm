@@ -6,23 +6,25 @@ import cilantro.standard;
 namespace cilantro {
 
 /// How much a point counts at a distance of u bandwidths: not negative, finite, and not larger for
-/// larger u. Pure, and called from several threads at once. A model may have a static constant
-/// `support`, beyond which it is 0: only points that near are then looked at; without one, all are.
-/// Models: `flat_kernel`, `epanechnikov_kernel`, `gaussian_kernel`; any lambda. `check_kernel`
-/// tests yours.
+/// larger u. It has a member `support`, a number of bandwidths beyond which it is 0: only points
+/// that near are looked at. Pure, and called from several threads at once.
+/// Models: `flat_kernel`, `epanechnikov_kernel`, `gaussian_kernel`; with `custom_kernel`, any
+/// lambda. `check_kernel` tests yours.
 export template <class K>
 concept Kernel = requires(const K& kernel, double u) {
   { kernel(u) } -> std::convertible_to<double>;
+  { kernel.support } -> std::convertible_to<double>;
 };
 
-/// The u beyond which a kernel is 0.
-export template <Kernel K>
-[[nodiscard]] constexpr double kernel_support() {
-  if constexpr (requires { K::support; })
-    return K::support;
-  else
-    return std::numeric_limits<double>::infinity();
-}
+/// A function as a kernel. An infinite support looks at all points for each.
+export template <class F>
+struct custom_kernel {
+  F function;
+  double support;
+  double operator()(double u) const { return u <= support ? function(u) : 0; }
+};
+export template <class F>
+custom_kernel(F, double) -> custom_kernel<F>;
 
 /// 1 up to a bandwidth: points count alike. Climbs the density of the Epanechnikov kernel.
 export struct flat_kernel {

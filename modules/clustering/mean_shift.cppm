@@ -104,9 +104,9 @@ template <Scalar S, int D, Kernel K>
       f(k, sum);
     };
     const task_monitor stop_only{{}, options.monitor.stop};
-    if constexpr (kernel_support<K>() < std::numeric_limits<double>::infinity()) {
+    if (std::isfinite(double(kernel.support))) {
       visit_neighborhoods(
-          tree, places, radius{bandwidth * kernel_support<K>()},
+          tree, places, radius{bandwidth * double(kernel.support)},
           [&](const neighborhood_block<S>& block) {
             for (index_t i = 0; i < block.size(); ++i)
               sum_of(block.query(i), block[i].indices(),
@@ -146,6 +146,7 @@ template <Scalar S, int D, Kernel K>
                                                 const mean_shift_options& options) {
   constexpr int C = closed_dimension<D>;
   expect_sensible(options);
+  expects(double(kernel.support) > 0, "mean_shift: the support of the kernel must be positive");
   expects(points.empty() || seeds.empty() || points.dimension() == seeds.dimension(),
           "mean_shift: seeds and points must have the same dimension");
   mean_shift_result<S, D> result;

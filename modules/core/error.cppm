@@ -52,6 +52,9 @@ export class cancelled : public std::runtime_error {
   cancelled() : std::runtime_error{"the operation was cancelled"} {}
 };
 
+/// A number as a message says it: with as many digits as tell it from all others.
+export [[nodiscard]] std::string in_digits(double value);
+
 /// Throws `invalid_input{what}` unless `condition` holds.
 export inline void expects(bool condition, const char* what) {
   if (!condition) throw invalid_input{what};

@@ -5,13 +5,24 @@ import cilantro.standard;
 
 namespace cilantro {
 
+/// What is kept of an element of `Source`: its `value_type`, if it has one.
+template <class Source>
+struct kept_element {
+  using type = std::remove_cvref_t<decltype(std::declval<const Source&>()[std::ptrdiff_t{0}])>;
+};
+template <class Source>
+  requires requires { typename Source::value_type; }
+struct kept_element<Source> {
+  using type = typename Source::value_type;
+};
+
 /// A random-access iterator over `source[0]`, `source[1]`, … It keeps its source by value, so
 /// sources are views or pointers: cheap to copy, and no iterator depends on where its range lives.
 export template <class Source>
 class indexed_iterator {
  public:
   using reference = decltype(std::declval<const Source&>()[std::ptrdiff_t{0}]);
-  using value_type = reference;
+  using value_type = typename kept_element<Source>::type;
   using difference_type = std::ptrdiff_t;
   // What is dereferenced is made on the spot, which the iterators of old do not allow.
   using iterator_category = std::input_iterator_tag;

@@ -241,10 +241,25 @@ struct points_traits<R> {
   }
 };
 
-/// Indices of points. A range of bool, which looks like integers but means a mask, is not one.
+/// One truth value per point: of bool, or of the bytes in which masks are often kept.
 export template <class R>
-concept IndexRange = std::ranges::input_range<R> && std::integral<std::ranges::range_value_t<R>> &&
-                     !std::same_as<std::ranges::range_value_t<R>, bool>;
+concept MaskRange = std::ranges::input_range<R> && std::integral<std::ranges::range_value_t<R>> &&
+                    sizeof(std::ranges::range_value_t<R>) == 1;
+
+/// Indices of points: integers, but not bytes, which mean a mask.
+export template <class R>
+concept IndexRange =
+    std::ranges::input_range<R> && std::integral<std::ranges::range_value_t<R>> && !MaskRange<R>;
+
+/// `i` as the library keeps it. Throws `invalid_input`, naming the function `who`, unless there is
+/// such a point of `size`.
+export template <std::integral I>
+[[nodiscard]] std::int32_t checked_index(I i, index_t size, const char* who) {
+  if (std::cmp_less(i, 0) || std::cmp_greater_equal(i, size))
+    throw invalid_input{std::string{who} + ": the index " + std::to_string(i) +
+                        " is out of range: there are " + std::to_string(size) + " points"};
+  return static_cast<std::int32_t>(i);
+}
 
 /// Whether every coordinate of `point` is finite. Points that are not are never matched, never
 /// averaged, and counted where a result has a place for the count.

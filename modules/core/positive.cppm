@@ -12,7 +12,7 @@ export class positive {
   /// Throws `invalid_input` for any other number.
   positive(double value) : value_{value} {  // NOLINT: a conversion on purpose
     expects(value > 0 && std::isfinite(value),
-            "a number must be positive and finite, and is " + std::to_string(value));
+            "a number must be positive and finite, and is " + in_digits(value));
   }
   operator double() const { return value_; }  // NOLINT
 

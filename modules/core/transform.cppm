@@ -165,7 +165,7 @@ void transform_points(const T& transform, const P& points, Eigen::MatrixBase<Out
   expects(transform.linear().rows() == view.dimension(),
           "transform_points: transform and points must have the same dimension");
   apply_affine<S, C>(view, transform.linear(), transform.translation(), out.derived().data(),
-                     out.derived().outerStride());
+                     points_in(out.derived()).stride());
 }
 
 /// `transform · p` for every point p, as a new matrix.
@@ -198,7 +198,7 @@ void transform_normals(const T& transform, const P& normals, Eigen::MatrixBase<O
                       "transform_normals: the transform must be finite and invertible")
           .transpose();
   apply_to_directions<S, C>(view, linear.template cast<S>(), out.derived().data(),
-                            out.derived().outerStride());
+                            points_in(out.derived()).stride());
 }
 export template <PointsSource P, AffineMap T>
   requires std::same_as<typename T::Scalar, scalar_of<P>>

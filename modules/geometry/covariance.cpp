@@ -216,8 +216,7 @@ Eigen::VectorX<S> closed_mahalanobis(points_view<S, D> points, const moments<S, 
           "mahalanobis_distances: points and moments must have the same dimension");
   Eigen::VectorX<S> distances(points.size());
   if (points.empty()) return distances;
-  const auto [extents, axes, converged] =
-      decompose_symmetric<D>(of.covariance.template cast<double>());
+  const auto [extents, axes, converged] = decompose_symmetric<D>(of.covariance);
   const double none = double(dimension) * double(std::numeric_limits<S>::epsilon()) *
                       std::max(extents.maxCoeff(), 0.0);
   const point_vector<double, D> mean = of.mean.template cast<double>();
@@ -263,8 +262,7 @@ std::optional<moments<S, D>> closed_minimum_determinant(points_view<S, D> points
     auto all = solver.within(found, *how.rejection);
     if (all.count > 0) found = std::move(all);
   }
-  return moments<S, D>{found.count, (origin + found.mean).template cast<S>(),
-                       found.covariance.template cast<S>()};
+  return moments<S, D>{found.count, (origin + found.mean).template cast<S>(), found.covariance};
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                              \

@@ -28,21 +28,22 @@ concept DepthConverter = requires(const F& convert, const Pixel& pixel) {
   { convert(pixel) } -> std::convertible_to<double>;
 };
 
-/// Depth in multiples of a unit. In integers, 0 and the largest value are what sensors store where
-/// they have measured nothing.
+/// Depth in multiples of a unit, of which a metre has so many: 1000 for millimetres, 5000 in the
+/// TUM data. Where nothing else is said, integers are millimetres and floating numbers metres. In
+/// integers, 0 and the largest value are what sensors store where they have measured nothing.
 export struct depth_scale {
-  positive metres_per_unit = 0.001;
+  std::optional<positive> units_per_metre = {};
 
   template <class Pixel>
   [[nodiscard]] double operator()(Pixel value) const {
-    if constexpr (std::integral<Pixel>)
+    if constexpr (std::integral<Pixel>) {
       if (value == std::numeric_limits<Pixel>::max()) return 0;
-    return double(value) * double(metres_per_unit);
+      return double(value) / (units_per_metre ? double(*units_per_metre) : 1000.0);
+    } else {
+      return units_per_metre ? double(value) / double(*units_per_metre) : double(value);
+    }
   }
 };
-
-/// Depth already in metres, as images of floating pixels usually hold it.
-export inline const depth_scale depth_in_metres{1};
 
 /// What another converter says, if it is neither nearer than `nearest` nor beyond `farthest`.
 export template <class F>
@@ -94,7 +95,7 @@ point_matrix<S, 3> closed_unproject(const image<S>& depth, const pinhole_camera<
 
 /// The points that a depth image shows, in world coordinates: one a pixel, row by row, NaN where
 /// the image says nothing, so that the neighbours of a pixel stay its neighbours; `remove_invalid`
-/// makes them compact. By default pixels are millimetres in 16 bits.
+/// makes them compact. By default integers are millimetres, and floating pixels metres.
 /// Throws `invalid_input` if image and camera differ in size, or for focal lengths that are not
 /// positive. Memory beside the result: one scalar a pixel.
 export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>

@@ -45,7 +45,7 @@ std::optional<moments<S, D>> two_passes(index_t n, index_t dimension, At at, Sum
     m += difference * difference.transpose();
   });
   if (total.count > 1) scatter /= double(total.count - 1);
-  return moments<S, D>{total.count, (origin + mean).template cast<S>(), scatter.template cast<S>()};
+  return moments<S, D>{total.count, (origin + mean).template cast<S>(), scatter};
 }
 
 }  // namespace

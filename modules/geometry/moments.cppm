@@ -7,12 +7,13 @@ import cilantro.search;
 
 namespace cilantro {
 
-/// Mean and covariance of some points.
+/// Mean and covariance of some points. The latter in double, since squares of numbers that float
+/// holds may be too large for it, or vanish.
 export template <Scalar S, int D>
 struct moments {
-  index_t count = 0;                  ///< The points that entered: those that are finite.
-  point_vector<S, D> mean;            ///< In the units of the points.
-  Eigen::Matrix<S, D, D> covariance;  ///< Divided by count − 1; zero for a single point.
+  index_t count = 0;                       ///< The points that entered: those that are finite.
+  point_vector<S, D> mean;                 ///< In the units of the points.
+  Eigen::Matrix<double, D, D> covariance;  ///< Divided by count − 1; zero for a single point.
 };
 
 template <Scalar S, int D>
@@ -46,11 +47,8 @@ export template <PointsSource P, IndexRange R>
   constexpr int D = dimension_of<P>;
   const auto view = points_in(points);
   std::vector<std::int32_t> checked;
-  for (const auto i : indices) {
-    expects(std::in_range<index_t>(i) && index_t(i) >= 0 && index_t(i) < view.size(),
-            "mean_and_covariance: an index is out of range");
-    checked.push_back(static_cast<std::int32_t>(i));
-  }
+  for (const auto i : indices)
+    checked.push_back(checked_index(i, view.size(), "mean_and_covariance"));
   return with_dimension<scalar_of<P>, D>(closed_moments<scalar_of<P>, closed_dimension<D>>(
       view, std::span<const std::int32_t>{checked}));
 }

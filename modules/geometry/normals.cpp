@@ -150,7 +150,7 @@ struct estimated_fit {
   std::optional<plane<S, D>> operator()(std::span<const std::int32_t> near) const {
     const auto found = estimate(points, near);
     if (!found || found->count < points.dimension()) return std::nullopt;
-    const Eigen::Matrix<double, D, D> covariance = found->covariance.template cast<double>();
+    const Eigen::Matrix<double, D, D>& covariance = found->covariance;
     const double extent = std::sqrt(std::max(covariance.trace(), 0.0));
     const double rounding = rounding_of<S>(double(found->mean.cwiseAbs().maxCoeff()), extent);
     // The covariance is rounded, too.

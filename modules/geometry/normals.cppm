@@ -116,7 +116,7 @@ void orient_to_viewpoint(Eigen::MatrixBase<N>& normals, const P& points,
           "orient_to_viewpoint: there must be one normal per point");
   const auto eye = viewpoint.as<S, C>(
       view.dimension(), "orient_to_viewpoint: the viewpoint must have the dimension of the points");
-  closed_orient<S, C>(view, &eye, normals.derived().data(), normals.derived().outerStride());
+  closed_orient<S, C>(view, &eye, normals.derived().data(), points_in(normals.derived()).stride());
 }
 
 /// Turns each normal, in place, to the side on which the reference normal of its point is.
@@ -129,7 +129,8 @@ void orient_to_reference(Eigen::MatrixBase<N>& normals, const R& reference) {
   const points_view<S, C> view = points_in(reference);
   expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
           "orient_to_reference: there must be one normal per reference normal");
-  closed_orient<S, C>(view, nullptr, normals.derived().data(), normals.derived().outerStride());
+  closed_orient<S, C>(view, nullptr, normals.derived().data(),
+                      points_in(normals.derived()).stride());
 }
 
 }  // namespace cilantro

@@ -48,7 +48,7 @@ index_t orient_consistently(Eigen::MatrixBase<N>& normals, const P& points, cons
         "orient_consistently: the viewpoint must have the dimension of the points");
   return closed_orient_consistently<S, C, near_type>(view, near, options.viewpoint ? &eye : nullptr,
                                                      normals.derived().data(),
-                                                     normals.derived().outerStride());
+                                                     points_in(normals.derived()).stride());
 }
 
 }  // namespace cilantro

@@ -12,16 +12,16 @@ namespace cilantro {
 /// The axes along which some points vary, most first.
 export template <Scalar S, int D>
 struct principal_component_basis {
-  index_t count = 0;               ///< The points that entered.
-  point_vector<S, D> mean;         ///< Where the axes cross.
-  Eigen::Matrix<S, D, D> axes;     ///< Orthonormal and right-handed, one per column.
-  point_vector<S, D> eigenvalues;  ///< Variances along the axes, descending, not negative.
+  index_t count = 0;                    ///< The points that entered.
+  point_vector<S, D> mean;              ///< Where the axes cross.
+  Eigen::Matrix<S, D, D> axes;          ///< Orthonormal and right-handed, one per column.
+  point_vector<double, D> eigenvalues;  ///< Variances along the axes, descending, not negative.
 
   /// The share of the variance along each axis, together 1; zeros where nothing varies.
-  [[nodiscard]] point_vector<S, D> explained_variance() const {
-    const S total = eigenvalues.sum();
-    return total > 0 ? point_vector<S, D>{eigenvalues / total}
-                     : point_vector<S, D>{point_vector<S, D>::Zero(eigenvalues.size())};
+  [[nodiscard]] point_vector<double, D> explained_variance() const {
+    using vector = point_vector<double, D>;
+    const double total = eigenvalues.sum();
+    return total > 0 ? vector{eigenvalues / total} : vector{vector::Zero(eigenvalues.size())};
   }
 
   template <class P>
@@ -76,9 +76,9 @@ std::optional<principal_component_basis<S, D>> basis_of(const std::optional<mome
   if (!found) return std::nullopt;
   Eigen::VectorXd eigenvalues;
   Eigen::MatrixXd axes;
-  descending_axes(found->covariance.template cast<double>(), eigenvalues, axes);
+  descending_axes(found->covariance, eigenvalues, axes);
   return principal_component_basis<S, D>{found->count, found->mean, axes.template cast<S>(),
-                                         eigenvalues.template cast<S>()};
+                                         eigenvalues};
 }
 
 /// Principal component analysis of all points; nothing if none is finite. By the sample covariance,

@@ -154,8 +154,8 @@ class voxel_grid {
     return *place;
   }
   /// The number of the cell that contains a place; nothing if it holds no point.
-  [[nodiscard]] std::optional<index_t> find(
-      const Eigen::Ref<const point_vector<S, D>>& place) const {
+  [[nodiscard]] std::optional<index_t> find(const point_ref<S, D>& place) const {
+    expect_coordinates(place.size(), points_.dimension());
     if (!is_finite(place)) return std::nullopt;
     return find_cell(voxel_of<S, D>(place, layout_));
   }

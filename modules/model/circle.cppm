@@ -18,7 +18,7 @@ export struct circle_model {
   /// To the circle itself, not to the disk. In the units of the points.
   template <class V>
   [[nodiscard]] double distance(const Eigen::MatrixBase<V>& point) const {
-    const Eigen::Vector3d from = point.template cast<double>() - center;
+    const Eigen::Vector3d from = in_double<3>(point, 3) - center;
     const double above = normal.dot(from);
     const double outside = (from - above * normal).norm() - radius;
     return std::sqrt(above * above + outside * outside);

@@ -4,6 +4,8 @@ module;
 #include <optional>
 module cilantro.model;
 
+import :refinement;
+
 namespace cilantro {
 namespace {
 
@@ -38,40 +40,73 @@ std::optional<cylinder_model> cylinder_of(const Eigen::Vector3d& p, const Eigen:
   return checked(center, axis, (through.distance(p) + through.distance(q)) / 2, limits);
 }
 
+namespace {
+
+/// Least squares of the distances to `points`, by the place of the axis along u and v, its tilt
+/// towards them, and the radius.
+descended<cylinder_model> descend_from(const Eigen::MatrixXd& points, cylinder_model start) {
+  // The point of the axis that is nearest to the data, so that tilting it moves them little.
+  const Eigen::Vector3d mean = points.rowwise().mean();
+  start.axis.point += start.axis.direction.dot(mean - start.axis.point) * start.axis.direction;
+  return descend(
+      start,
+      [&](const cylinder_model& model) {
+        const Eigen::Vector3d& axis = model.axis.direction;
+        const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
+        squared_residuals all{5};
+        Eigen::VectorXd row(5);
+        for (const auto& p : points.colwise()) {
+          const Eigen::Vector3d from = p - model.axis.point;
+          const double height = axis.dot(from);
+          const Eigen::Vector3d out = from - height * axis;
+          const double distance = out.norm(), divisor = distance > 0 ? distance : 1;
+          const double along_u = out.dot(u) / divisor, along_v = out.dot(v) / divisor;
+          row << -along_u, -along_v, -height * along_u, -height * along_v, -1;
+          all.add(distance - model.radius, row);
+        }
+        return all;
+      },
+      [](const cylinder_model& model, const Eigen::VectorXd& step) {
+        const Eigen::Vector3d& axis = model.axis.direction;
+        const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
+        return cylinder_model{{model.axis.point + step[0] * u + step[1] * v,
+                               (axis + step[2] * u + step[3] * v).normalized()},
+                              model.radius + step[4]};
+      });
+}
+
+/// Along the direction in which the normals vary least, around the circle that the points make
+/// across it.
+std::optional<cylinder_model> cylinder_across(const Eigen::MatrixXd& normals,
+                                              const Eigen::MatrixXd& points) {
+  const Eigen::MatrixXd scatter = normals * normals.transpose();
+  if (!scatter.allFinite()) return std::nullopt;
+  const Eigen::Vector3d axis = decompose_symmetric<dynamic>(scatter).vectors.col(0);
+  Eigen::Matrix<double, 3, 2> across;
+  across.col(0) = axis.unitOrthogonal();
+  across.col(1) = axis.cross(across.col(0));
+  const gathered_points flat{across.transpose() * points, Eigen::VectorXd::Zero(2)};
+  const auto circle = fit_sphere(flat, negligible_ratio<double>, {});
+  if (!circle) return std::nullopt;
+  return cylinder_model{{across * circle->center, axis}, circle->radius};
+}
+
+}  // namespace
+
 std::optional<cylinder_model> refine_cylinder(const gathered_points& data,
+                                              const Eigen::MatrixXd& normals,
                                               const cylinder_model& start,
                                               const cylinder_limits& limits) {
-  const Eigen::Vector3d origin = data.origin;
-  // The point of the axis that is nearest to the data, so that tilting it moves them little.
-  const Eigen::Vector3d mean = data.points.rowwise().mean();
-  Eigen::Vector3d axis = start.axis.direction;
-  Eigen::Vector3d center = start.axis.point - origin;
-  center += axis.dot(mean - center) * axis;
-  double radius = start.radius;
-  for (int step = 0; step < 30; ++step) {
-    const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
-    Eigen::Matrix<double, 5, 5> information = Eigen::Matrix<double, 5, 5>::Zero();
-    Eigen::Matrix<double, 5, 1> gradient = Eigen::Matrix<double, 5, 1>::Zero(), row;
-    for (index_t i = 0; i < data.points.cols(); ++i) {
-      const Eigen::Vector3d from = data.points.col(i) - center;
-      const double height = axis.dot(from);
-      const Eigen::Vector3d out = from - height * axis;
-      const double distance = out.norm();
-      if (!(distance > 0)) continue;
-      const double along_u = out.dot(u) / distance, along_v = out.dot(v) / distance;
-      // By the place of the axis along u and v, its tilt towards them, and the radius.
-      row << -along_u, -along_v, -height * along_u, -height * along_v, -1;
-      information += row * row.transpose();
-      gradient += row * (distance - radius);
-    }
-    const Eigen::Matrix<double, 5, 1> change = solve_symmetric(information, -gradient);
-    if (!change.allFinite()) return std::nullopt;
-    center += change[0] * u + change[1] * v;
-    axis = (axis + change[2] * u + change[3] * v).normalized();
-    radius += change[4];
-    if (change.norm() <= 1e-12 * std::abs(radius)) break;
+  cylinder_model near = start;
+  near.axis.point -= data.origin;
+  auto best = descend_from(data.points, near);
+  // The normals of two points may be those that deviate most.
+  if (const auto other_start = cylinder_across(normals, data.points)) {
+    const auto other = descend_from(data.points, *other_start);
+    if (other.sum < best.sum) best = other;
   }
-  return checked(origin + center, axis, radius, limits);
+  const auto& found = best.model;
+  return checked(data.origin + found.axis.point, found.axis.direction, found.radius, limits);
 }
 
 }  // namespace cilantro

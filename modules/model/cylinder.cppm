@@ -34,8 +34,9 @@ export struct cylinder_limits {
                                                         const Eigen::Vector3d& q,
                                                         const Eigen::Vector3d& q_normal,
                                                         const cylinder_limits& limits);
-/// That of least squares, from one that is near it.
+/// That of least squares, from one that is near it; or from one that the normals tell.
 [[nodiscard]] std::optional<cylinder_model> refine_cylinder(const gathered_points& data,
+                                                            const Eigen::MatrixXd& normals,
                                                             const cylinder_model& start,
                                                             const cylinder_limits& limits);
 
@@ -43,7 +44,7 @@ export struct cylinder_limits {
 /// parallel. More are fitted by least squares of the distances to the cylinder, from that of the
 /// two whose normals differ most among a few. Views points and normals, which must outlive it.
 /// Source: Schnabel, Wahl & Klein 2007, "Efficient RANSAC for point-cloud shape detection", section
-/// 4.1; the iteration is Gauss–Newton.
+/// 4.1; the iteration is that of Marquardt 1963.
 export template <Scalar S>
 class cylinder_family {
  public:
@@ -77,7 +78,10 @@ class cylinder_family {
                     indices.size() == 2 ? limits_ : cylinder_limits{});
     if (!start || indices.size() == 2) return start;
     const auto data = gather_points<S, 3>(points_, indices);
-    return data ? refine_cylinder(*data, *start, limits_) : std::nullopt;
+    const auto directions = gather_points<S, 3>(normals_, indices);
+    if (!data || !directions) return std::nullopt;
+    const Eigen::MatrixXd normals = directions->points.colwise() + directions->origin;
+    return refine_cylinder(*data, normals, *start, limits_);
   }
   [[nodiscard]] double residual(const model_type& model, index_t i) const {
     return std::abs(model.signed_distance(points_[i]));

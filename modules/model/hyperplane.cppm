@@ -20,12 +20,12 @@ struct hyperplane_model {
   /// Positive on the side to which the normal points. In the units of the points.
   template <class V>
   [[nodiscard]] double signed_distance(const Eigen::MatrixBase<V>& point) const {
-    return normal.dot(point.template cast<double>()) + offset;
+    return normal.dot(in_double<D>(point, normal.size())) + offset;
   }
   /// The nearest point of the plane.
   template <class V>
   [[nodiscard]] Eigen::Matrix<double, D, 1> project(const Eigen::MatrixBase<V>& point) const {
-    return point.template cast<double>() - signed_distance(point) * normal;
+    return in_double<D>(point, normal.size()) - signed_distance(point) * normal;
   }
 };
 

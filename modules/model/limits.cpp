@@ -11,7 +11,7 @@ void expect_sensible(const std::optional<direction_limit>& limit, index_t dimens
   const auto axis =
       limit->axis.as<double, dynamic>(dimension, "the axis must have the dimension of the points");
   expects(axis.allFinite() && axis.norm() > 0, "the axis must be finite and not zero");
-  expects(limit->max_angle >= 0, "the angle to an axis must not be negative");
+  expect_angle(limit->max_angle, "direction_limit: the angle to the axis");
 }
 
 void expect_sensible(const radius_limit& limit) {

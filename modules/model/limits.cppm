@@ -19,7 +19,7 @@ export struct radius_limit {
 };
 
 /// Throws `invalid_input` for an axis that is zero or of another dimension, and an angle that is
-/// negative.
+/// not from 0 to π.
 void expect_sensible(const std::optional<direction_limit>& limit, index_t dimension);
 /// Throws `invalid_input` for a range that is empty or below 0.
 void expect_sensible(const radius_limit& limit);

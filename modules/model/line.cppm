@@ -19,7 +19,7 @@ struct line_model {
   /// In the units of the points.
   template <class V>
   [[nodiscard]] double distance(const Eigen::MatrixBase<V>& other) const {
-    const vector from = other.template cast<double>() - point;
+    const vector from = in_double<D>(other, point.size()) - point;
     return (from - direction.dot(from) * direction).norm();
   }
 };

@@ -43,10 +43,10 @@ class transform_family {
   using model_type = std::conditional_t<Kind == transform_kind::rigid, rigid_transform<S, D>,
                                         affine_transform<S, D>>;
 
-  /// Pair i is of target point `targets[i]` and source point `sources[i]`, or if both are empty of
+  /// Pair i is of source point `sources[i]` and target point `targets[i]`, or if both are empty of
   /// the i-th of each.
-  transform_family(points_view<S, D> target, points_view<S, D> source,
-                   std::vector<index_t> targets = {}, std::vector<index_t> sources = {})
+  transform_family(points_view<S, D> source, points_view<S, D> target,
+                   std::vector<index_t> sources = {}, std::vector<index_t> targets = {})
       : target_{target},
         source_{source},
         targets_{std::move(targets)},
@@ -100,10 +100,10 @@ class transform_family {
 };
 
 template <transform_kind Kind, BorrowedPlaces P, BorrowedPlaces Q>
-[[nodiscard]] auto transforms_between(P&& target, Q&& source) {
+[[nodiscard]] auto transforms_between(P&& source, Q&& target) {
   using view = places_view_of<P>;
   return transform_family<typename view::scalar, view::static_dimension, Kind>{
-      as_places(std::forward<P>(target)), as_places(std::forward<Q>(source))};
+      as_places(std::forward<P>(source)), as_places(std::forward<Q>(target))};
 }
 /// Pairs of indices, by members `target` and `source`, such as the correspondences of a
 /// registration.
@@ -113,7 +113,7 @@ concept PairRange = std::ranges::input_range<R> && requires(std::ranges::range_v
   { pair.source } -> std::convertible_to<index_t>;
 };
 template <transform_kind Kind, BorrowedPlaces P, BorrowedPlaces Q, PairRange R>
-[[nodiscard]] auto transforms_between(P&& target, Q&& source, const R& pairs) {
+[[nodiscard]] auto transforms_between(P&& source, Q&& target, const R& pairs) {
   using view = places_view_of<P>;
   std::vector<index_t> targets, sources;
   for (const auto& pair : pairs) {
@@ -122,11 +122,11 @@ template <transform_kind Kind, BorrowedPlaces P, BorrowedPlaces Q, PairRange R>
   }
   // No pairs at all are no reason to take all points instead.
   const bool none = targets.empty();
-  const auto onto = as_places(std::forward<P>(target));
-  const auto moving = as_places(std::forward<Q>(source));
+  const auto moving = as_places(std::forward<P>(source));
+  const auto onto = as_places(std::forward<Q>(target));
   return transform_family<typename view::scalar, view::static_dimension, Kind>{
-      none ? onto.slice(0, 0) : onto, none ? moving.slice(0, 0) : moving, std::move(targets),
-      std::move(sources)};
+      none ? moving.slice(0, 0) : moving, none ? onto.slice(0, 0) : onto, std::move(sources),
+      std::move(targets)};
 }
 
 /// Rigid transforms of pairs: the i-th points of both, or with a third argument those that a range

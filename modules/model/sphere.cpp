@@ -2,32 +2,48 @@
 module;
 #include <cmath>
 #include <optional>
+#include <utility>
 module cilantro.model;
+
+import :refinement;
 
 namespace cilantro {
 namespace {
 
-/// Least squares of the distances, from a sphere that is near it.
-sphere_model<dynamic> refine(const Eigen::MatrixXd& points, sphere_model<dynamic> model) {
+descended<sphere_model<dynamic>> descend_from(const Eigen::MatrixXd& points,
+                                              const sphere_model<dynamic>& start) {
   const index_t d = points.rows();
-  for (int step = 0; step < 20; ++step) {
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(d + 1, d + 1);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(d + 1), row(d + 1);
-    for (const auto& p : points.colwise()) {
-      const Eigen::VectorXd out = p - model.center;
-      const double distance = out.norm();
-      if (!(distance > 0)) continue;
-      row << -out / distance, -1;
-      information += row * row.transpose();
-      gradient += row * (distance - model.radius);
-    }
-    const Eigen::VectorXd change = solve_symmetric(information, -gradient);
-    if (!change.allFinite()) break;
-    model.center += change.head(d);
-    model.radius += change[d];
-    if (change.norm() <= 1e-12 * std::abs(model.radius)) break;
+  return descend(
+      start,
+      [&](const sphere_model<dynamic>& model) {
+        squared_residuals all{d + 1};
+        Eigen::VectorXd row(d + 1);
+        for (const auto& p : points.colwise()) {
+          const Eigen::VectorXd out = p - model.center;
+          const double distance = out.norm();
+          row << -out / (distance > 0 ? distance : 1), -1;
+          all.add(distance - model.radius, row);
+        }
+        return all;
+      },
+      [&](const sphere_model<dynamic>& model, const Eigen::VectorXd& step) {
+        return sphere_model<dynamic>{model.center + step.head(d), model.radius + step[d]};
+      });
+}
+
+/// Least squares of the distances. Of points around 0, with a root mean square of 1, from a sphere
+/// that is near them.
+sphere_model<dynamic> refine(const Eigen::MatrixXd& points, const sphere_model<dynamic>& start) {
+  auto best = descend_from(points, start);
+  // A cap that is as thick as it is high looks much the same from the other side, and from afar.
+  if (start.radius < 1.2) return best.model;
+  for (const double factor : {-1.0, 3.0, -3.0}) {
+    const Eigen::VectorXd center = factor * start.center;
+    const double radius = (points.colwise() - center).colwise().norm().mean();
+    auto other = descend_from(points, {center, radius});
+    if (other.sum < best.sum) best = std::move(other);
   }
-  return model;
+  return best.model;
 }
 
 }  // namespace

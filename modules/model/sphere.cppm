@@ -19,7 +19,7 @@ struct sphere_model {
   /// Positive outside. In the units of the points.
   template <class V>
   [[nodiscard]] double signed_distance(const Eigen::MatrixBase<V>& point) const {
-    return (point.template cast<double>() - center).norm() - radius;
+    return (in_double<D>(point, center.size()) - center).norm() - radius;
   }
 };
 

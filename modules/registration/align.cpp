@@ -36,8 +36,8 @@ template <Scalar S, int D, class T>
 icp_result<T> align_scales(
     const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
     const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
-    const std::function<erased_estimator<T>(const surface_view<S, D>& target,
-                                            const surface_view<S, D>& source)>& make_estimator) {
+    const std::function<erased_estimator<T>(const surface_view<S, D>& source,
+                                            const surface_view<S, D>& target)>& make_estimator) {
   const std::vector<align_scale> scales =
       options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
   for (const auto& scale : scales)
@@ -46,33 +46,44 @@ icp_result<T> align_scales(
   icp_result<T> result;
   result.transform = initial;
   int iterations = 0;
-  for (const auto& scale : scales) {
+  for (std::size_t k = 0; k < scales.size(); ++k) {
+    const auto& scale = scales[k];
+    task_monitor monitor{{}, options.monitor.stop};
+    if (options.monitor.progress)
+      monitor.progress = [&](double done) {
+        options.monitor.progress((double(k) + done) / double(scales.size()));
+      };
     try {
       // Only the loop tells how far it is.
       const task_monitor stop_only{{}, options.monitor.stop};
       const execution how{options.threads, stop_only};
       const auto moving = prepare(source, scale.voxel, needs_source_normals, options.normals, how);
       const auto onto = prepare(target, scale.voxel, needs_target_normals, options.normals, how);
-      const nearest_neighbor_searcher<S, D> searcher{onto.view(),
-                                                     moving.view(),
+      const nearest_neighbor_searcher<S, D> searcher{moving.view(),
+                                                     onto.view(),
                                                      {.max_distance = scale.max_distance,
                                                       .reciprocal = options.reciprocal,
                                                       .one_to_one = options.one_to_one,
                                                       .fraction = options.fraction,
                                                       .threads = options.threads},
                                                      stop_only};
-      result = icp(searcher, make_estimator(onto.view(), moving.view()), result.transform,
-                   {.max_iterations = options.max_iterations,
-                    .tolerance = options.tolerance,
-                    .observer = options.observer,
-                    .monitor = options.monitor});
+      auto next = icp(searcher, make_estimator(moving.view(), onto.view()), result.transform,
+                      {.max_iterations = options.max_iterations,
+                       .tolerance = options.tolerance,
+                       .observer = options.observer,
+                       .monitor = monitor});
+      // Stopped before it looked at anything: then the figures are those of the scale before.
+      if (next.status == icp_status::cancelled && next.pairs == 0) throw cancelled{};
+      iterations += next.iterations;
+      result = std::move(next);
     } catch (const cancelled&) {
       result.status = icp_status::cancelled;
     }
-    iterations += result.iterations;
     result.iterations = iterations;
     if (result.status == icp_status::too_few_pairs || result.status == icp_status::cancelled) break;
   }
+  if (options.monitor.progress && result.status == icp_status::too_few_pairs)
+    options.monitor.progress(1);
   return result;
 }
 

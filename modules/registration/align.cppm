@@ -96,18 +96,18 @@ struct erased_estimator {
   }
 };
 
-/// All scales, one after the other. `make_estimator(target, source)` makes one for each.
+/// All scales, one after the other. `make_estimator(source, target)` makes one for each.
 template <Scalar S, int D, class T>
 [[nodiscard]] icp_result<T> align_scales(
     const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
     const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
-    const std::function<erased_estimator<T>(const surface_view<S, D>& target,
-                                            const surface_view<S, D>& source)>& make_estimator);
+    const std::function<erased_estimator<T>(const surface_view<S, D>& source,
+                                            const surface_view<S, D>& target)>& make_estimator);
 
 /// The estimator that `align` uses for a metric.
 template <Parameterization Model, Scalar S, int D, class Metric>
-[[nodiscard]] auto make_estimator(const surface_view<S, D>& target,
-                                  const surface_view<S, D>& source, const Metric& metric,
+[[nodiscard]] auto make_estimator(const surface_view<S, D>& source,
+                                  const surface_view<S, D>& target, const Metric& metric,
                                   const truncated_solver& solver, const execution& how) {
   using T = typename Model::template transform<S, D>;
   const auto erase = [](auto estimator) {
@@ -119,10 +119,10 @@ template <Parameterization Model, Scalar S, int D, class Metric>
   if constexpr (std::same_as<Metric, point_to_point> &&
                 (std::same_as<Model, rigid_motion> || std::same_as<Model, affine_motion>))
     return erase(
-        point_to_point_estimator<S, D, Model>{target, source, Model{}, unit_weight{}, solver, how});
+        point_to_point_estimator<S, D, Model>{source, target, Model{}, unit_weight{}, solver, how});
   else
     return erase(
-        least_squares_estimator<S, D, Metric, Model>{target, source, metric, Model{}, solver, how});
+        least_squares_estimator<S, D, Metric, Model>{source, target, metric, Model{}, solver, how});
 }
 
 /// With any metric; see `align` below.
@@ -134,8 +134,8 @@ template <Parameterization Model, Scalar S, int D, class Metric>
   using T = typename Model::template transform<S, D>;
   return align_scales<S, D, T>(
       source, target, initial, o, needs_source_normals<Metric>, needs_target_normals<Metric>,
-      [&](const surface_view<S, D>& onto, const surface_view<S, D>& moving) {
-        return make_estimator<Model>(onto, moving, metric, o.solver, {.threads = o.threads});
+      [&](const surface_view<S, D>& moving, const surface_view<S, D>& onto) {
+        return make_estimator<Model>(moving, onto, metric, o.solver, {.threads = o.threads});
       });
 }
 
@@ -222,6 +222,11 @@ template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
   const T start = o.initial.value_or(identity_transform<T>(dimension));
   expects(index_t(start.translation().size()) == dimension,
           "align: initial transform and points must have the same dimension");
+  expects(is_finite(start.linear().reshaped()) && is_finite(start.translation()),
+          "align: the initial transform must be finite");
+  if constexpr (std::same_as<Model, rigid_motion>)
+    expects((start.linear() * start.linear().transpose()).isIdentity(S(1e-3)),
+            "align: the initial transform must be rigid, and its linear part is no rotation");
 
   align_options<closed_type> closed{o.metric,     {},           o.max_distance, o.max_iterations,
                                     o.tolerance,  o.scales,     o.normals,      o.robust,
@@ -268,7 +273,9 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
         return align_by_options<Model>(moving, onto, initial, o);
       });
 }
-/// With a metric of yours, or any composition; the metric of the options has no meaning here.
+/// With a metric of yours, or any composition, in place of that of the options. Throws
+/// `invalid_input` if the options name one, too, or a kernel: `weighted_term{metric, 1, {},
+/// kernel}` gives the metric one.
 export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B,
                  class Metric>
   requires std::same_as<surface_view_of<A>, surface_view_of<B>> &&
@@ -277,6 +284,11 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
     const A& source, const B& target, const Metric& metric,
     const align_options<typename Model::template transform<
         typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& options = {}) {
+  expects(std::holds_alternative<point_to_plane>(options.metric),
+          "align: there are two metrics: leave .metric out where one is an argument of its own");
+  expects(!options.robust,
+          "align: .robust goes with .metric; give a metric of yours its kernel by "
+          "weighted_term{metric, 1, {}, kernel}");
   return align_any<Model>(
       source, target, options,
       [&](const auto& moving, const auto& onto, const auto& initial, const auto& o) {

@@ -11,6 +11,8 @@ namespace cilantro {
 export struct transform_change {
   double rotation = 0;     ///< In radians; of a linear part that is no rotation, ‖A − I‖ / √2.
   double translation = 0;  ///< How far the centre of the pairs moves, in the units of the points.
+  /// How far it may seem to move since the transform is rounded, in the same units.
+  double rounding = 0;
 };
 
 /// How well a source lies on a target under some transform, and what the pairs say about it.

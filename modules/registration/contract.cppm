@@ -29,12 +29,12 @@ template <class Pairs>
   return true;
 }
 
-/// Tests a searcher of yours, built from `target` and `source`, under each of `transforms`: order,
+/// Tests a searcher of yours, built from `source` and `target`, under each of `transforms`: order,
 /// indices, points that are not finite, repeated searches, and its memory if it has one.
 export template <class S, SurfaceSource A, SurfaceSource B, class T>
   requires CorrespondenceSearcher<S, T>
 [[nodiscard]] std::vector<std::string> check_correspondence_searcher(
-    const S& searcher, const A& target, const B& source, const std::vector<T>& transforms) {
+    const S& searcher, const A& source, const B& target, const std::vector<T>& transforms) {
   violation_list violations;
   const auto onto = surface_in(target).points;
   const auto moving = surface_in(source).points;

@@ -14,7 +14,8 @@ prepared_equations prepare_equations(const pair_totals& totals, const Eigen::Vec
   prepared_equations prepared{.information = lower_information, .mean = place / total};
   prepared.information.triangularView<Eigen::Upper>() = lower_information.transpose();
   const Eigen::MatrixXd covariance = spread / total - prepared.mean * prepared.mean.transpose();
-  prepared.equations = {prepared.information / total, gradient / total,
+  const double seen = totals.seen > 0 ? totals.seen : 1;
+  prepared.equations = {prepared.information / seen, gradient / seen,
                         velocities.mean_square(prepared.mean, covariance)};
   // Without weights there is no motion that anybody sees.
   if (!(totals.weight > 0)) prepared.equations.motion.setZero();
@@ -32,7 +33,8 @@ alignment_fit fit_of(const pair_totals& totals, const prepared_equations& prepar
   const Eigen::MatrixXd to_center = velocities.recentering(center);
   fit.information = to_center.transpose() * prepared.information * to_center;
   fit.directions = velocities.recentering(-center) * solution.directions;
-  fit.eigenvalues = solution.eigenvalues;
+  // Shares, but for rounding and rows that are not orthogonal.
+  fit.eigenvalues = solution.eigenvalues.cwiseMin(1);
   fit.undetermined = solution.undetermined;
   return fit;
 }

@@ -83,6 +83,9 @@ template <Scalar S, std::size_t N>
 struct pair_totals {
   index_t pairs = 0;
   double weight = 0;
+  /// The weights by what each pair sees along the direction in which it sees most: less than its
+  /// weight for a metric that trusts some pairs less.
+  double seen = 0;
   double squared_residual = 0, squared_distance = 0;
 };
 
@@ -98,14 +101,16 @@ struct place_sums : pair_totals {
   place_sums& operator+=(const place_sums& other) {
     pairs += other.pairs;
     weight += other.weight;
+    seen += other.seen;
     squared_residual += other.squared_residual;
     squared_distance += other.squared_distance;
     place += other.place;
     spread += other.spread;
     return *this;
   }
-  void add_place(double w, const point_vector<double, D>& p) {
+  void add_place(double w, double largest_gradient, const point_vector<double, D>& p) {
     weight += w;
+    seen += w * largest_gradient;
     place += w * p;
     spread += w * p * p.transpose();
   }
@@ -114,7 +119,7 @@ struct place_sums : pair_totals {
 /// Sums of pairs as equations for a solver.
 struct prepared_equations {
   normal_equations equations;
-  Eigen::MatrixXd information;  ///< Not divided by the weights.
+  Eigen::MatrixXd information;  ///< Not divided.
   Eigen::VectorXd mean;         ///< Of the moved source points, from the centre of the target.
 };
 [[nodiscard]] prepared_equations prepare_equations(const pair_totals& totals,
@@ -145,6 +150,9 @@ template <class T, Parameterization Model, int D>
                                            const Eigen::VectorXd& center,
                                            const Eigen::VectorXd& mean) {
   auto [map, change] = move_map(move, current.linear, current.translation, center, mean);
+  // Source points are rounded where they are, and so is what moves them.
+  change.rounding = 2 * double(std::numeric_limits<typename T::Scalar>::epsilon()) *
+                    (map.translation.norm() + (center + mean).norm());
   if constexpr (requires { model.normalize(map.linear); }) map.linear = model.normalize(map.linear);
   return {make_transform<T>(map.linear, map.translation), change, {}};
 }

@@ -32,7 +32,7 @@ class point_features {
  public:
   /// Throws `invalid_input` for points of different dimension.
   template <BorrowedPoints T, BorrowedPoints P>
-  point_features(T&& target, P&& source)
+  point_features(P&& source, T&& target)
       : target_{as_points(std::forward<T>(target))}, source_{as_points(std::forward<P>(source))} {
     expects(target_.dimension() == source_.dimension(),
             "point_features: target and source must have the same dimension");
@@ -67,7 +67,7 @@ class joint_features {
  public:
   /// Throws `invalid_input` if a cloud lacks what has a weight, for clouds of different dimension,
   /// and for weights that are negative or not finite.
-  joint_features(const point_cloud<S, D>& target, const point_cloud<S, D>& source,
+  joint_features(const point_cloud<S, D>& source, const point_cloud<S, D>& target,
                  const feature_weights& weights)
       : source_{source}, weights_{weights} {
     expects(weights.normals >= 0 && std::isfinite(weights.normals) && weights.colors >= 0 &&
@@ -91,7 +91,7 @@ class joint_features {
     }
   }
   /// A temporary source would be gone before the first search.
-  joint_features(const point_cloud<S, D>&, point_cloud<S, D>&&, const feature_weights&) = delete;
+  joint_features(point_cloud<S, D>&&, const point_cloud<S, D>&, const feature_weights&) = delete;
 
   [[nodiscard]] points_view<S, dynamic> target() const { return as_points(features_); }
   [[nodiscard]] index_t source_size() const { return source_.size(); }

@@ -26,4 +26,12 @@ std::ostream& operator<<(std::ostream& out, icp_status status) {
   return out << to_string(status);
 }
 
+void print_figures(std::ostream& out, icp_status status, int iterations, const alignment_fit& fit) {
+  out << status << " after " << iterations << (iterations == 1 ? " iteration: " : " iterations: ")
+      << fit.pairs << " pairs, overlap " << fit.overlap << ", rmse " << fit.rmse << ", residual "
+      << fit.residual;
+  if (fit.undetermined > 0) out << ", " << fit.undetermined << " directions undetermined";
+  if (fit.non_finite > 0) out << ", " << fit.non_finite << " points not finite";
+}
+
 }  // namespace cilantro

@@ -31,7 +31,8 @@ struct icp_iteration {
 export template <class T>
 struct icp_options {
   int max_iterations = 30;  ///< 0 only looks at the initial transform.
-  /// A change of at most this, in radians and in the units of the points, is no change any more.
+  /// A change of at most this, in radians and in the units of the points, is no change any more;
+  /// nor is what the rounding of the transform may be.
   double tolerance = 1e-5;
   std::optional<double> rotation_tolerance = {};     ///< In radians, in place of `tolerance`.
   std::optional<double> translation_tolerance = {};  ///< In units, in place of `tolerance`.
@@ -52,6 +53,13 @@ struct icp_result : alignment_fit {
 
   [[nodiscard]] bool converged() const { return status == icp_status::converged; }
 };
+void print_figures(std::ostream& out, icp_status status, int iterations, const alignment_fit& fit);
+/// A line of why it ended and the figures; the transform is left to Eigen.
+export template <class T>
+std::ostream& operator<<(std::ostream& out, const icp_result<T>& result) {
+  print_figures(out, result.status, result.iterations, result);
+  return out;
+}
 
 /// Iterative closest point: look for pairs, improve the transform, and again (Besl & McKay 1992).
 ///
@@ -79,6 +87,13 @@ export template <class Searcher, class E>
   result.transform = std::move(initial);
   pairs_of<Searcher, typename E::transform_type> pairs;
   repeated_memory<Searcher> memory{};
+  const auto end_with = [&](icp_status status) {
+    if (options.monitor.progress && status != icp_status::cancelled) options.monitor.progress(1);
+    result.status = status;
+    return result;
+  };
+  // The last transform of which the figures are known: what a stop leaves.
+  auto looked_at = result;
   bool settled = false;
   try {
     while (true) {
@@ -87,32 +102,29 @@ export template <class Searcher, class E>
       auto step = estimator.estimate(result.transform, pairs);
       const double before = result.residual;
       static_cast<alignment_fit&>(result) = std::move(step.fit);
-      if (result.pairs < std::max<index_t>(options.min_pairs, 1)) {
-        result.status = icp_status::too_few_pairs;
-        return result;
-      }
+      looked_at = result;
+      if (result.pairs < std::max<index_t>(options.min_pairs, 1))
+        return end_with(icp_status::too_few_pairs);
       if (result.iterations > 0 && options.residual_tolerance > 0)
         settled =
             settled || std::abs(before - result.residual) <= options.residual_tolerance * before;
-      if (settled) {
-        result.status = result.undetermined == 0 ? icp_status::converged : icp_status::degenerate;
-        return result;
-      }
-      if (result.iterations == options.max_iterations) return result;
+      if (settled)
+        return end_with(result.undetermined == 0 ? icp_status::converged : icp_status::degenerate);
+      if (result.iterations == options.max_iterations) return end_with(icp_status::iteration_limit);
 
       result.transform = std::move(step.transform);
       result.last_change = step.change;
       ++result.iterations;
-      settled =
-          step.change.rotation <= most_rotation && step.change.translation <= most_translation;
+      settled = step.change.rotation <= most_rotation &&
+                step.change.translation <= std::max(most_translation, step.change.rounding);
       if (options.observer)
         options.observer({result.iterations, result.transform, result.last_change, result});
-      if (options.monitor.progress)
+      if (options.monitor.progress && result.iterations < options.max_iterations)
         options.monitor.progress(double(result.iterations) / double(options.max_iterations));
     }
   } catch (const cancelled&) {
-    result.status = icp_status::cancelled;
-    return result;
+    result = std::move(looked_at);
+    return end_with(icp_status::cancelled);
   }
 }
 /// As above from where the points are.

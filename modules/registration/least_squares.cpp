@@ -48,6 +48,7 @@ equation_sums<3, 6> sum_plane_equations(const registered_surfaces<S, 3>& surface
   for (const auto& part : parts) {
     total.pairs += static_cast<index_t>(part.pairs);
     total.weight += part.weight;
+    total.seen += part.weight;
     total.squared_residual += part.squared_residual;
     total.squared_distance += part.squared_distance;
     const double* next = part.information;

@@ -63,12 +63,12 @@ void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
         evaluate_pair<double>(robust, pair.target_index, pair.source_index, std::sqrt(square)));
   }
   if (!(weight > 0)) return;
-  bool says_something = false;
+  double largest_gradient = -1;
   const auto add = [&](double value, const vector& gradient, const vector& at) {
     if (!std::isfinite(value)) return;
     model.pull_back(vector{at - center}, gradient, sums.row.data());
     sums.add_row(weight, value);
-    says_something = true;
+    largest_gradient = std::max(largest_gradient, gradient.squaredNorm());
   };
   term(pair, [&](double value, const vector& gradient, const auto&... at) {
     if constexpr (sizeof...(at) == 0)
@@ -76,7 +76,7 @@ void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
     else
       add(value, gradient, at...);
   });
-  if (says_something) sums.add_place(weight, pair.point - center);
+  if (largest_gradient >= 0) sums.add_place(weight, largest_gradient, pair.point - center);
 }
 
 /// The pair as the terms of a metric see it.
@@ -164,10 +164,10 @@ class least_squares_estimator {
  public:
   using transform_type = typename Model::template transform<S, D>;
 
-  /// Throws `invalid_input` if the metric needs normals that a surface has not, or for surfaces of
-  /// different dimension.
+  /// Throws `invalid_input` if the metric needs normals that a surface has not, or that are not of
+  /// unit length, or for surfaces of different dimension.
   template <BorrowedSurface T, BorrowedSurface P>
-  least_squares_estimator(T&& target, P&& source, Metric metric = {}, Model model = {},
+  least_squares_estimator(P&& source, T&& target, Metric metric = {}, Model model = {},
                           Solver solver = {}, execution how = {})
       : surfaces_{closed(as_surface(std::forward<T>(target))),
                   closed(as_surface(std::forward<P>(source)))},
@@ -180,6 +180,8 @@ class least_squares_estimator {
             "least_squares_estimator: the metric needs normals of the target; estimate them first");
     expects(!needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
             "least_squares_estimator: the metric needs normals of the source; estimate them first");
+    if constexpr (needs_target_normals<Metric>) expect_unit_length(t.normals, "target");
+    if constexpr (needs_source_normals<Metric>) expect_unit_length(s.normals, "source");
   }
 
   [[nodiscard]] transform_type identity() const {

@@ -81,7 +81,7 @@ class nearest_neighbor_searcher {
   /// Throws `invalid_input` for points of different dimension, or options that make no sense;
   /// `cancelled`. O((M + N) log (M + N)).
   template <BorrowedSurface T, BorrowedSurface P>
-  nearest_neighbor_searcher(T&& target, P&& source, const correspondence_options& options = {},
+  nearest_neighbor_searcher(P&& source, T&& target, const correspondence_options& options = {},
                             const task_monitor& monitor = {})
       : engine_{std::make_shared<const engine>(as_surface(std::forward<T>(target)).points,
                                                as_surface(std::forward<P>(source)).points, options,

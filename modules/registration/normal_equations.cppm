@@ -6,7 +6,9 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A least-squares problem of a few unknowns δ, all sums divided by the sum of the weights.
+/// A least-squares problem of a few unknowns δ. Sums over the pairs are divided by the weights,
+/// times what each pair sees in the direction in which it sees most: 1 for residuals that are
+/// distances.
 export struct normal_equations {
   Eigen::MatrixXd information;  ///< Σ w JᵀJ.
   Eigen::VectorXd gradient;     ///< Σ w Jᵀr.

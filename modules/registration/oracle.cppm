@@ -17,7 +17,7 @@ class oracle_searcher {
   /// Throws `invalid_input` for an index that is out of range, points of different dimension, or
   /// options that make no sense.
   template <BorrowedSurface T, BorrowedSurface P>
-  oracle_searcher(T&& target, P&& source, correspondences<S> pairs,
+  oracle_searcher(P&& source, T&& target, correspondences<S> pairs,
                   const correspondence_options& options = {})
       : target_{as_surface(std::forward<T>(target)).points},
         source_{as_surface(std::forward<P>(source)).points},

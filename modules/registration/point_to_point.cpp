@@ -69,9 +69,13 @@ matched_motion solve_matches(const Model& model, const pair_totals& totals,
   const Eigen::MatrixXd covariance = spread / total - mean * mean.transpose();
   const auto [move, curvature] =
       match(model, mean, target_mean, covariance, product / total - target_mean * mean.transpose());
-  const Eigen::MatrixXd information = totals.weight * velocities.mean_square(mean, curvature);
-  return {move, prepare_equations(totals, place, spread, information,
-                                  Eigen::VectorXd::Zero(information.rows()), velocities)};
+  const Eigen::MatrixXd information = totals.weight * velocities.mean_square(mean, covariance);
+  matched_motion matched{move,
+                         prepare_equations(totals, place, spread, information,
+                                           Eigen::VectorXd::Zero(information.rows()), velocities)};
+  // How well a direction is determined, the cost tells: of a sphere, JᵀJ sees rotations.
+  matched.prepared.equations.information = velocities.mean_square(mean, curvature);
+  return matched;
 }
 template matched_motion solve_matches(const rigid_motion&, const pair_totals&,
                                       const Eigen::VectorXd&, const Eigen::MatrixXd&,

@@ -50,7 +50,7 @@ template <Scalar S, int D, class Weight>
     const double w = double(evaluate_pair<double>(weight, t, s, std::sqrt(square)));
     if (!(w > 0)) return;
     sums.squared_residual += w * square;
-    sums.add_place(w, y);
+    sums.add_place(w, 1, y);
     sums.target += w * q;
     sums.product += w * q * y.transpose();
   });
@@ -86,7 +86,7 @@ class point_to_point_estimator {
 
   /// Throws `invalid_input` for surfaces of different dimension.
   template <BorrowedSurface T, BorrowedSurface P>
-  point_to_point_estimator(T&& target, P&& source, Model model = {}, Weight weight = {},
+  point_to_point_estimator(P&& source, T&& target, Model model = {}, Weight weight = {},
                            truncated_solver solver = {}, execution how = {})
       : surfaces_{surface_view<S, C>{as_surface(std::forward<T>(target)).points},
                   surface_view<S, C>{as_surface(std::forward<P>(source)).points}},

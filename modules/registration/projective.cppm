@@ -22,7 +22,7 @@ class projective_searcher {
   /// organised or not. Views target and source. Throws `invalid_input` for a camera or options that
   /// make no sense. O(M) here and O(N) for each search.
   template <BorrowedSurface T, BorrowedSurface P>
-  projective_searcher(T&& target, P&& source, const pinhole_camera<S>& camera,
+  projective_searcher(P&& source, T&& target, const pinhole_camera<S>& camera,
                       const correspondence_options& options = {})
       : target_{as_surface(std::forward<T>(target)).points},
         source_{as_surface(std::forward<P>(source)).points},

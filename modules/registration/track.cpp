@@ -40,7 +40,7 @@ template <class S, int D>
 class two_nearest {
  public:
   two_nearest(const block_tree<S>& tree, const query_block<S, D>& queries, all<S> limits)
-      : tree_{tree}, queries_{queries}, first_{limits}, second_{limits}, nearest_{no_index} {
+      : tree_{tree}, queries_{queries}, first_{limits}, second_{limits}, nearest_(no_index) {
     update();
   }
   [[nodiscard]] CILANTRO_ALWAYS_INLINE bool admits(S bound, const S* box) const {

@@ -64,7 +64,7 @@ class block_queries {
         tree_{detail::blocks_of<S>(nodes)},
         k_{std::min(spec.max_count(), nodes.searchable)},
         is_counted_{spec.is_count_limited()},
-        limit_{euclidean::sum(static_cast<S>(spec.max_distance()))} {
+        limit_{largest_sum_within(euclidean{}, static_cast<S>(spec.max_distance()))} {
     if (are_its_points(nodes, queries)) return;
     sorted_.emplace(queries, kd_tree_options{.threads = threads});
     queries_ = detail::blocks_of<S>(*sorted_);

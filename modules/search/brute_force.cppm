@@ -32,7 +32,7 @@ class brute_force_searcher {
   [[nodiscard]] index_t dimension() const { return points_.dimension(); }
 
   /// As `NeighborSearcher` says. Throws `invalid_input` if the dimensions differ.
-  void find(const Eigen::Ref<const point_vector<S, D>>& query, neighborhood_spec spec,
+  void find(const point_ref<S, D>& query, neighborhood_spec spec,
             std::vector<neighbor<S>>& out) const {
     out.clear();
     if (points_.empty()) return;

@@ -125,7 +125,6 @@ export template <NeighborSearcher T, PointsSource P,
     test.truth().find(query, knn{k}, around);
     const double distance = around.empty() ? 1 : double(around.back().distance);
 
-    test.check(query, knn{0}, name + ", knn{0}");
     test.check(query, knn{k}, name + ", knn{" + std::to_string(k) + "}");
     test.check(query, knn{view.size() + 3}, name + ", knn{N + 3}");
     test.check(query, radius{0}, name + ", radius{0}");

@@ -44,7 +44,7 @@ class kd_tree_engine {
   }
   void nearest_two(const S* query, S max_distance, std::array<neighbor<S>, 2>& out) const {
     if (nodes.searchable == 0 || !is_searchable(query, nodes.dimension, nodes.largest)) return;
-    two_nearest_result<S> result{metric_.sum(max_distance)};
+    two_nearest_result<S> result{largest_sum_within(metric_, max_distance)};
     kd_tree_search<S, D, M, two_nearest_result<S>>{nodes, metric_, query, result}.run();
     auto* next = out.data();
     result.write([&](std::int32_t i, S sum) { *next++ = {i, metric_.distance(sum)}; });
@@ -76,7 +76,7 @@ class kd_tree_engine {
     if (nodes.searchable == 0 || spec.max_count() == 0 ||
         !is_searchable(query, nodes.dimension, nodes.largest))
       return 0;
-    const S limit = metric_.sum(static_cast<S>(spec.max_distance()));
+    const S limit = largest_sum_within(metric_, static_cast<S>(spec.max_distance()));
     const auto capacity = static_cast<std::size_t>(std::min(spec.max_count(), nodes.searchable));
     const auto write_all = [&](std::span<const candidate<S>> found) {
       for (const auto& c : found) write(c.index(), metric_.distance(c.sum()));
@@ -101,7 +101,8 @@ class kd_tree_engine {
       const index_t k = std::min(spec.max_count(), nodes.searchable);
       if (spec.is_count_limited() && is_for_blocks(spec, nodes.searchable)) {
         if (k > 0 && is_searchable(query, D, nodes.largest))
-          find_in_blocks<S, D>(nodes, query, k, metric_.sum(static_cast<S>(spec.max_distance())),
+          find_in_blocks<S, D>(nodes, query, k,
+                               largest_sum_within(metric_, static_cast<S>(spec.max_distance())),
                                out);
         return;
       }
@@ -208,13 +209,13 @@ class kd_tree {
 
   /// Writes the neighbours of `query` to `out`, as `NeighborSearcher` says; `out` may be reused to
   /// save its allocation. Throws `invalid_input` if the dimensions differ.
-  void find(const Eigen::Ref<const point_vector<S, D>>& query, neighborhood_spec spec,
+  void find(const point_ref<S, D>& query, neighborhood_spec spec,
             std::vector<neighbor<S>>& out) const {
     expects(size() == 0 || query.size() == dimension(),
             "find: query and points must have the same dimension");
     engine_->find(query.data(), spec, out);
   }
-  [[nodiscard]] std::vector<neighbor<S>> find(const Eigen::Ref<const point_vector<S, D>>& query,
+  [[nodiscard]] std::vector<neighbor<S>> find(const point_ref<S, D>& query,
                                               neighborhood_spec spec) const {
     std::vector<neighbor<S>> out;
     find(query, spec, out);
@@ -222,8 +223,7 @@ class kd_tree {
   }
 
   /// The nearest point; nothing if there is none. Of several at the same distance, the first.
-  [[nodiscard]] std::optional<neighbor<S>> nearest(
-      const Eigen::Ref<const point_vector<S, D>>& query) const {
+  [[nodiscard]] std::optional<neighbor<S>> nearest(const point_ref<S, D>& query) const {
     const auto found = find(query, knn{1});
     return found.empty() ? std::nullopt : std::optional{found.front()};
   }
@@ -232,8 +232,7 @@ class kd_tree {
   /// that is not there is −1. For loops that ask again and again: nothing is allocated in 2 and 3
   /// dimensions. Throws `invalid_input` if the dimensions differ, or for a negative distance.
   [[nodiscard]] std::array<neighbor<S>, 2> nearest_two(
-      const Eigen::Ref<const point_vector<S, D>>& query,
-      S max_distance = std::numeric_limits<S>::infinity()) const {
+      const point_ref<S, D>& query, S max_distance = std::numeric_limits<S>::infinity()) const {
     expects(size() == 0 || query.size() == dimension(),
             "nearest_two: query and points must have the same dimension");
     expects(max_distance >= 0, "nearest_two: the distance must not be negative");

@@ -149,8 +149,27 @@ S combine_terms(const M& metric, S a, S b) {
     return a + b;
 }
 
+/// The largest sum of which the distance is at most `distance`: what has exactly that distance, as
+/// the library itself says it, is within. (The square of a rounded root often is below the sum.)
+template <class M, Scalar S>
+  requires CoordinateMetric<M, S>
+[[nodiscard]] S largest_sum_within(const M& metric, S distance) {
+  constexpr S infinity = std::numeric_limits<S>::infinity();
+  S sum = metric.sum(distance);
+  // A few roundings of both functions; where one is constant, there would be no end.
+  for (int step = 0; step < 16 && sum < infinity; ++step) {
+    const S next = std::nextafter(sum, infinity);
+    if (!(metric.distance(next) <= distance)) break;
+    sum = next;
+  }
+  return sum;
+}
+
 /// Points and queries with a coordinate beyond this are treated like non-finite ones: no sum of
 /// squared differences of the others can overflow. About 5e18 for float and 4e153 for double.
+/// At the other end, distances whose squares are no normal numbers any more, below about 1e-19 for
+/// float and 1e-154 for double, lose their digits and then count as 0: points in such a unit have
+/// to be scaled.
 export template <Scalar S>
 [[nodiscard]] S largest_searchable_coordinate(index_t dimension) {
   return std::sqrt(std::numeric_limits<S>::max() / S(dimension > 0 ? dimension : 1)) / 2;
@@ -204,7 +223,7 @@ struct ordering {
   [[nodiscard]] S limit(double distance) const {
     const S nearest = static_cast<S>(distance);
     if constexpr (CoordinateMetric<M, S>)
-      return metric.sum(nearest);
+      return largest_sum_within(metric, nearest);
     else
       return nearest;
   }

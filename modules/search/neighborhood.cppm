@@ -14,6 +14,18 @@ struct neighbor {
   friend bool operator==(const neighbor&, const neighbor&) = default;
 };
 
+/// An entry of a neighbourhood as iteration gives it: made where it is asked for, and convertible
+/// to `neighbor`. A type of its own, so that a projection to a member of `neighbor`, which would be
+/// read after the neighbour is gone, does not compile.
+export template <Scalar S>
+struct neighbor_entry {
+  index_t index;
+  S distance;
+
+  operator neighbor<S>() const { return {index, distance}; }  // NOLINT: a conversion on purpose
+  friend bool operator==(const neighbor_entry&, const neighbor_entry&) = default;
+};
+
 /// The `k` nearest points.
 export struct knn {
   index_t k;
@@ -31,7 +43,7 @@ export struct knn_in_radius {
 };
 
 /// Which points around a query are its neighbourhood: what `knn`, `radius` and `knn_in_radius`
-/// convert to. Throws `invalid_input` for a negative count, or a negative or NaN distance.
+/// convert to. Throws `invalid_input` for a count below 1, or a negative or NaN distance.
 export class neighborhood_spec {
  public:
   neighborhood_spec(knn spec)  // NOLINT: a conversion on purpose
@@ -40,8 +52,11 @@ export class neighborhood_spec {
       : neighborhood_spec{knn_in_radius{std::numeric_limits<index_t>::max(), spec.distance}} {}
   neighborhood_spec(knn_in_radius spec)  // NOLINT
       : max_count_{spec.k}, max_distance_{spec.distance} {
-    expects(max_count_ >= 0, "knn: k must not be negative");
-    expects(max_distance_ >= 0, "radius: the distance must be a number that is not negative");
+    if (max_count_ < 1)
+      throw invalid_input{"knn: k must be at least 1, and is " + std::to_string(max_count_)};
+    if (!(max_distance_ >= 0))
+      throw invalid_input{"radius: the distance must be a number that is not negative, and is " +
+                          in_digits(max_distance_)};
   }
 
   /// The largest `index_t` for a plain radius.
@@ -79,7 +94,8 @@ export template <class T>
 using buffer = std::vector<T, uninitialized_allocator<T>>;
 
 /// The neighbours of one query, by ascending distance and then index: a random-access range of
-/// `neighbor<S>` over two arrays that live elsewhere.
+/// `neighbor<S>` over two arrays that live elsewhere. To project, use `indices()` and
+/// `distances()`.
 export template <Scalar S>
 class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
  public:
@@ -93,13 +109,22 @@ class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
     const auto at = static_cast<std::size_t>(i);
     return {indices_[at], distances_[at]};
   }
-  [[nodiscard]] indexed_iterator<neighborhood> begin() const { return {*this, 0}; }
-  [[nodiscard]] indexed_iterator<neighborhood> end() const { return {*this, std::ssize(indices_)}; }
+  [[nodiscard]] auto begin() const { return indexed_iterator{entries{indices_, distances_}, 0}; }
+  [[nodiscard]] auto end() const { return begin() + std::ssize(indices_); }
 
   [[nodiscard]] std::span<const std::int32_t> indices() const { return indices_; }
   [[nodiscard]] std::span<const S> distances() const { return distances_; }
 
  private:
+  struct entries {
+    using value_type = neighbor<S>;
+    std::span<const std::int32_t> indices;
+    std::span<const S> distances;
+    neighbor_entry<S> operator[](index_t i) const {
+      return {indices[static_cast<std::size_t>(i)], distances[static_cast<std::size_t>(i)]};
+    }
+  };
+
   std::span<const std::int32_t> indices_;
   std::span<const S> distances_;
 };

@@ -6,24 +6,28 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// Whether two points belong together: a predicate of their indices i and j and of the distance
-/// between them, or of the distance alone. A lambda is a model. Pure, symmetric where both indices
-/// are of one set, and called from several threads at once.
-/// Models: `close_points`, `similar_normals`, `similar_colors`, `all_of_them`.
+/// Whether two points belong together: a function of their indices i and j and of the distance
+/// between them, or of the distance alone, that returns bool. A lambda is a model. Pure, symmetric
+/// where both indices are of one set, and called from several threads at once. Models:
+/// `close_points`, `similar_normals`, `similar_colors`, `all_of_them`.
 export template <class F, class S>
-concept SimilarityFunction =
-    std::predicate<const F&, index_t, index_t, S> || std::predicate<const F&, S>;
+concept SimilarityFunction = requires(const F& f, index_t i, S distance) {
+  { f(i, i, distance) } -> std::same_as<bool>;
+} || requires(const F& f, S distance) {
+  { f(distance) } -> std::same_as<bool>;
+};
 
 /// How much a pair of points counts: a function of their indices i and j and of the distance
 /// between them, or of the distance alone, that returns a number. Pure, and called from several
 /// threads at once. Models: `unit_weight`, `distance_weight`, `gaussian`, `huber` and its like; any
-/// lambda.
+/// lambda. A `Kernel`, of bandwidths and not of a distance, is none.
 export template <class F, class S>
-concept PairEvaluator = requires(const F& f, index_t i, S distance) {
-  { f(i, i, distance) } -> std::convertible_to<S>;
-} || requires(const F& f, S distance) {
-  { f(distance) } -> std::convertible_to<S>;
-};
+concept PairEvaluator = !requires(const F& f) { f.support; } &&
+                        (requires(const F& f, index_t i, S distance) {
+                          { f(i, i, distance) } -> std::convertible_to<S>;
+                        } || requires(const F& f, S distance) {
+                          { f(distance) } -> std::convertible_to<S>;
+                        });
 
 /// What `f` says about the pair, whichever arguments it takes.
 export template <Scalar S, class F>
@@ -85,7 +89,7 @@ export struct similar_normals_options {
 export template <Scalar S, int D>
 class similar_normals {
  public:
-  /// Normals i and j of one set. Throws `invalid_input` for a negative angle or NaN.
+  /// Normals i and j of one set. Throws `invalid_input` unless the angle is from 0 to π.
   template <BorrowedPoints P>
   similar_normals(P&& normals, double max_angle, similar_normals_options options = {})
       : similar_normals{normals, std::forward<P>(normals), max_angle, options} {}
@@ -94,7 +98,7 @@ class similar_normals {
   similar_normals(P&& first, Q&& second, double max_angle, similar_normals_options options = {})
       : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
         options_{options} {
-    expects(max_angle >= 0, "similar_normals: the angle must not be negative");
+    expect_angle(max_angle, "similar_normals: the angle");
     // An angle is compared by its chord: an arc cosine would turn rounding into angles, and NaN.
     constexpr double pi = 3.14159265358979323846;
     const double chord = 2 * std::sin(std::min(max_angle, pi) / 2);

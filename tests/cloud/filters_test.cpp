@@ -152,3 +152,35 @@ TEST_CASE("an organised cloud stays one as long as it keeps all points") {
   cloud.origin[1] = test::nan<double>;
   CHECK_THROWS_AS((void)(cloud | remove_invalid()), invalid_input);
 }
+
+TEST_CASE_TEMPLATE("a choice is by indices, a mask or a predicate, and has a complement", T,
+                   test::f3, test::dx) {
+  const auto cloud = numbered_cloud<T>(10);
+  std::vector<std::uint8_t> bytes(10);
+  std::vector<bool> bits(10);
+  for (const std::size_t i : {1, 4, 5}) bytes[i] = bits[i] = true;
+  const std::vector<std::int32_t> chosen{1, 4, 5}, others{0, 2, 3, 6, 7, 8, 9};
+  const auto predicate = [](index_t i) { return i == 1 || i == 4 || i == 5; };
+  CHECK(numbers_of(select(cloud, bytes)) == chosen);
+  CHECK(numbers_of(select(cloud, bits)) == chosen);
+  CHECK(numbers_of(exclude(cloud, bytes)) == others);
+  CHECK(numbers_of(exclude(cloud, bits)) == others);
+  CHECK(numbers_of(exclude(cloud, std::vector{5, 1, 4, 4})) == others);
+  CHECK(numbers_of(exclude(cloud, predicate)) == others);
+  CHECK((cloud | select(bytes)) == (cloud | select(predicate)));
+  CHECK((cloud | exclude(std::vector{1, 4, 5})) == (cloud | exclude(predicate)));
+  CHECK_THROWS_WITH_AS((void)select(cloud, std::vector<bool>(9)),
+                       "select: the mask has 9 values, and the cloud has 10 points", invalid_input);
+  CHECK_THROWS_AS((void)exclude(cloud, std::vector<bool>(11)), invalid_input);
+  CHECK_THROWS_WITH_AS((void)exclude(cloud, std::vector{10}),
+                       "exclude: the index 10 is out of range: there are 10 points", invalid_input);
+}
+
+TEST_CASE("the cores of a clustering are selected by the mask that it has") {
+  const point_cloud<float, 3> cloud{.points = test::random_points<test::f3>(100)};
+  const auto found = dbscan(cloud.points, {.radius = 0.4, .min_points = 5});
+  const auto cores = std::ranges::count(found.is_core, std::uint8_t{1});
+  REQUIRE(cores > 0);
+  CHECK(select(cloud, found.is_core).size() == cores);
+  CHECK(exclude(cloud, found.is_core).size() == 100 - cores);
+}

@@ -69,7 +69,8 @@ bool consists_of(const C& part, const C& whole, const std::vector<index_t>& indi
 static_assert(PointCloud<point_cloud<float, 3>> && PointCloud<const point_cloud<double, 2>&>);
 static_assert(!PointCloud<Eigen::Matrix3Xf>);
 
-static_assert(IndexRange<std::vector<int>> && IndexRange<std::span<const std::uint8_t>>);
+static_assert(IndexRange<std::vector<int>> && IndexRange<std::span<const std::uint16_t>>);
+static_assert(!IndexRange<std::vector<std::uint8_t>> && MaskRange<std::vector<std::uint8_t>>);
 static_assert(!IndexRange<std::vector<bool>>, "a mask is not a list of the points 0 and 1");
 
 TEST_CASE_TEMPLATE("selection by indices keeps everything of the selected points", T, ALL_SPACES) {

@@ -203,7 +203,7 @@ TEST_CASE_TEMPLATE("frames of three sensors become points and the same frames ag
     SKIP_WITHOUT(path);
     CAPTURE(sensor.depth);
     auto depth = read_depth_png(*path);
-    const depth_scale scale{sensor.metres_per_unit};
+    const depth_scale scale{1 / sensor.metres_per_unit};
     const auto cloud = cloud_from_depth(depth, sensor.camera, {}, scale);
     const auto back =
         quantize_depth(project_depth(cloud.points, sensor.camera), sensor.metres_per_unit);

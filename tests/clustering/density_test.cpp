@@ -195,3 +195,36 @@ TEST_CASE("progress rises to 1 through all passes, and a stop ends them") {
   CHECK_THROWS_AS((void)dbscan(points, {.radius = 0.1, .monitor = {.stop = stop.get_token()}}),
                   cancelled);
 }
+
+TEST_CASE("edges of one weight go at once: by hand, where no cluster remains") {
+  // Core distances 18 11 14 13 10 13, edges of the tree 18 14 14 13 13: at 14 the points 14 and 25
+  // leave one by one, and {39, 49, 52} goes on as what it was.
+  Eigen::RowVectorXd line(6), mixed(6);
+  line << 7, 14, 25, 39, 49, 52;
+  mixed << 39, 49, 7, 25, 14, 52;
+  const hdbscan_options pairs{.min_cluster_size = 2, .min_points = 3};
+  CHECK(hdbscan(line, knn{6}, pairs).empty());
+  CHECK(hdbscan(mixed, knn{6}, pairs).empty());
+}
+
+TEST_CASE_TEMPLATE("a hierarchy of densities does not depend on the order of the points", T,
+                   test::f2, test::d2, test::d3) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    // On a lattice nearly all weights are tied.
+    auto points = test::random_points<T>(150, seed);
+    if (seed % 2 == 1) points = (points * 8).array().round().matrix();
+    std::vector<index_t> order;
+    for (index_t i = 0; i < 150; ++i) order.push_back(i);
+    shuffle(order, random_stream{seed, 1});
+    auto shuffled = points;
+    for (index_t i = 0; i < 150; ++i) shuffled.col(i) = points.col(order[std::size_t(i)]);
+    const hdbscan_options options{.min_cluster_size = 4, .min_points = 3};
+    const auto found = hdbscan(points, knn{150}, options);
+    const auto again = hdbscan(shuffled, knn{150}, options);
+    std::vector<clusters::label> there;
+    for (index_t i = 0; i < 150; ++i)
+      there.push_back(found.labels()[std::size_t(order[std::size_t(i)])]);
+    CHECK(test::same_partition(again.labels(), there));
+    for (const double s : found.stabilities) CHECK(s > 0);
+  }
+}

@@ -67,7 +67,8 @@ TEST_CASE_TEMPLATE("modes are where a direct iteration comes to rest", T, ALL_SP
   for (index_t i = 0; i < points.cols(); ++i)
     CHECK(found.labels()[std::size_t(i)] == found.labels()[std::size_t(i / 60 * 60)]);
   check(epanechnikov_kernel{});
-  CHECK(check([](double u) { return std::exp(-u); }).size() >= 1);
+  const auto exponential = [](double u) { return std::exp(-u); };
+  CHECK(check(custom_kernel{exponential, test::infinity<double>}).size() >= 1);
 }
 
 TEST_CASE("the flat kernel finds the means of groups that are narrower than it") {
@@ -139,7 +140,22 @@ TEST_CASE("a kernel is tested on what its concept says") {
   CHECK(check_kernel(flat_kernel{}).empty());
   CHECK(check_kernel(epanechnikov_kernel{}).empty());
   CHECK(check_kernel(gaussian_kernel{}).empty());
-  CHECK(check_kernel([](double u) { return 1 / (1 + u * u); }).empty());
-  CHECK(check_kernel([](double u) { return u; }).size() == 2);
+  const double endless = test::infinity<double>;
+  CHECK(check_kernel(custom_kernel{[](double u) { return 1 / (1 + u * u); }, endless}).empty());
+  CHECK(check_kernel(custom_kernel{[](double u) { return u; }, endless}).size() == 2);
   CHECK(check_kernel(without_end{}).size() == 1);
+}
+
+static_assert(!Kernel<gaussian> && !Kernel<huber> && !Kernel<distance_weight>);
+static_assert(!PairEvaluator<gaussian_kernel, double> && PairEvaluator<gaussian, double>);
+static_assert(!SimilarityFunction<gaussian, float> && SimilarityFunction<bool (*)(float), float>);
+
+TEST_CASE("a function is a kernel once it says how far it reaches") {
+  const auto points = test::random_points<test::d2>(200, 3);
+  const auto found =
+      mean_shift(points, 0.4, custom_kernel{[](double u) { return std::exp(-u * u / 2); }, 4.0});
+  CHECK(found == mean_shift(points, 0.4));
+  CHECK_THROWS_AS((void)mean_shift(points, 0.4, custom_kernel{[](double) { return 1.0; }, 0.0}),
+                  invalid_input);
+  CHECK(check_kernel(custom_kernel{[](double u) { return 1 / (1 + u * u); }, 3.0}).empty());
 }

@@ -106,7 +106,7 @@ TEST_CASE_TEMPLATE("a third of the points may be anywhere", T, ALL_SPACES) {
 TEST_CASE_TEMPLATE("the covariance of normally distributed points is theirs", T, ALL_SPACES) {
   const auto points = normal_points<T>(8000, 2);
   const auto found = mean_and_covariance(points, minimum_covariance_determinant{.share = 0.75});
-  const auto identity = Eigen::MatrixX<typename T::scalar>::Identity(T::dimension, T::dimension);
+  const auto identity = Eigen::MatrixXd::Identity(T::dimension, T::dimension);
   CHECK((found->covariance - identity).cwiseAbs().maxCoeff() < 0.1);
   const auto all = mean_and_covariance(
       points,
@@ -154,7 +154,7 @@ TEST_CASE_TEMPLATE("few, equal or no points have a documented result", T, ALL_SP
   CHECK(one->covariance.isZero(0));
   const auto few = test::random_points<T>(T::dimension);
   CHECK(mean_and_covariance(few, robust)
-            ->covariance.isApprox(mean_and_covariance(few)->covariance, S(1e-4)));
+            ->covariance.isApprox(mean_and_covariance(few)->covariance, 1e-4));
   const auto same = mean_and_covariance(matrix::Constant(T::dimension, 50, S(3)).eval(), robust);
   CHECK(same->mean.isApproxToConstant(3));
   CHECK(same->covariance.isZero(0));
@@ -244,7 +244,7 @@ TEST_CASE("an estimator of your own decides, also that there is no answer") {
                           std::span<const std::int32_t> near) -> std::optional<moments<float, 3>> {
     if (near.front() % 2 == 0) return std::nullopt;
     return moments<float, 3>{std::ssize(near), all[near.front()],
-                             Eigen::Vector3f{1, 1, 0}.asDiagonal().toDenseMatrix()};
+                             Eigen::Vector3d{1, 1, 0}.asDiagonal().toDenseMatrix()};
   };
   const auto found = estimate_normals(points, knn{5}, upwards);
   CHECK(found.undetermined() == 25);
@@ -261,7 +261,7 @@ TEST_CASE_TEMPLATE("the shipped estimators keep their contract, and a broken rul
   const auto violations = check_covariance_estimator(
       [&](points_view<S, D> all, std::span<const std::int32_t> some) {
         auto found = moments<S, D>{std::ssize(some) + 1, point_vector<S, D>::Zero(T::dimension),
-                                   Eigen::Matrix<S, D, D>::Identity(T::dimension, T::dimension)};
+                                   Eigen::Matrix<double, D, D>::Identity(T::dimension, T::dimension)};
         for (const auto i : some) found.mean += all[i];
         found.covariance(0, 1) = -1;
         return found;

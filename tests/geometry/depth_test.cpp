@@ -31,7 +31,7 @@ TEST_CASE("a pixel is unprojected to where its ray has that depth") {
   CHECK(points.col(11).isApprox(Eigen::Vector3d{1.5, 1, 2}));
   camera.to_world.translation() = Eigen::Vector3d{0, 0, 5};
   CHECK(unproject(depth, camera).col(0).isApprox(Eigen::Vector3d{-0.75, -0.5, 6}));
-  CHECK(unproject(depth, camera, depth_scale{.metres_per_unit = 0.002}).col(0).z() ==
+  CHECK(unproject(depth, camera, depth_scale{.units_per_metre = 500}).col(0).z() ==
         doctest::Approx(7));
 }
 
@@ -99,7 +99,7 @@ TEST_CASE("cameras and images that cannot be are refused") {
   const image<std::uint16_t> depth(4, 3, 1000);
   auto camera = small_camera();
   CHECK_THROWS_AS((void)unproject(image<std::uint16_t>(3, 3), camera), invalid_input);
-  CHECK_THROWS_AS((void)unproject(depth, camera, depth_scale{.metres_per_unit = 0}), invalid_input);
+  CHECK_THROWS_AS((void)unproject(depth, camera, depth_scale{.units_per_metre = 0}), invalid_input);
   const Eigen::Matrix3Xd points(3, 0);
   CHECK_THROWS_AS((void)project(points, camera, {.point_size = -1}), invalid_input);
   CHECK(project(points, camera).pixels() == std::vector<std::int32_t>(12, -1));
@@ -134,16 +134,16 @@ TEST_CASE("depth may be metres, truncated, a disparity, or whatever a function s
   };
   const image<float> metres(1, 1, 2.5f);
   const image<std::uint16_t> millimetres(1, 1, 2500);
-  CHECK(depth_of(metres, depth_in_metres) == 2.5);
+  CHECK(depth_of(metres, depth_scale{}) == 2.5);
   CHECK(depth_of(millimetres, depth_scale{}) == doctest::Approx(2.5));
-  CHECK(depth_of(millimetres, depth_scale{.metres_per_unit = 1.0 / 5000}) == doctest::Approx(0.5));
-  CHECK(depth_of(metres, truncated_depth{0.5, 2.5, depth_in_metres}) == 2.5);
-  CHECK(depth_of(metres, truncated_depth{0.5, 2.4, depth_in_metres}) == 0);
-  CHECK(depth_of(metres, truncated_depth{2.6, 9.0, depth_in_metres}) == 0);
+  CHECK(depth_of(millimetres, depth_scale{.units_per_metre = 5000}) == doctest::Approx(0.5));
+  CHECK(depth_of(metres, truncated_depth{0.5, 2.5, depth_scale{}}) == 2.5);
+  CHECK(depth_of(metres, truncated_depth{0.5, 2.4, depth_scale{}}) == 0);
+  CHECK(depth_of(metres, truncated_depth{2.6, 9.0, depth_scale{}}) == 0);
   CHECK(depth_of(metres, disparity{.focal_length = 500, .baseline = 0.1}) == 20);
   CHECK(depth_of(metres, [](float v) { return -v; }) == 0);
   for (const float nothing : {0.0f, -1.0f, test::nan<float>, test::infinity<float>})
-    CHECK(depth_of(image<float>(1, 1, nothing), depth_in_metres) == 0);
+    CHECK(depth_of(image<float>(1, 1, nothing), depth_scale{}) == 0);
   CHECK(depth_of(image<std::uint16_t>(1, 1, 0), disparity{500, 0.1}) == 0);
   CHECK_THROWS_AS((void)disparity(-1, 0.1), invalid_input);
 }
@@ -159,8 +159,7 @@ TEST_CASE_TEMPLATE("normals of a depth image are those of its planes, and holes 
     for (int x = 0; x < 160; ++x)
       depth(x, y) = float((c.to_world.inverse() * frame.points.col(y * 160 + x)).z());
   depth(50, 50) = 0;
-  const auto cloud =
-      cloud_from_depth(depth, camera, {.normals = true, .organized = true}, depth_in_metres);
+  const auto cloud = cloud_from_depth(depth, camera, {.normals = true, .organized = true});
   CHECK((cloud.width == 160 && cloud.height == 120));
   const auto unknown = [&](int x, int y) { return cloud.normals.col(y * 160 + x).isZero(0); };
   for (int x = 0; x < 160; ++x) CHECK((unknown(x, 0) && unknown(x, 119)));
@@ -180,7 +179,7 @@ TEST_CASE_TEMPLATE("normals of a depth image are those of its planes, and holes 
   CHECK(double(flat) > 0.6 * double(known));
   for (const int threads : {1, 2, 5})
     CHECK(organized_normals(cloud.points, camera, {.threads = threads}) == cloud.normals);
-  const auto compact = cloud_from_depth(depth, camera, {.normals = true}, depth_in_metres);
+  const auto compact = cloud_from_depth(depth, camera, {.normals = true});
   CHECK(compact.size() == 160 * 120 - 1);
   CHECK_FALSE(compact.is_organized());
   CHECK(compact == remove_invalid(cloud));
@@ -224,4 +223,13 @@ TEST_CASE("frames go through the standard views") {
   index_t points = 0;
   for (const auto& cloud : frames | std::views::transform(to_cloud(camera))) points += cloud.size();
   CHECK(points == 36);
+}
+
+TEST_CASE(
+    "depth is in millimetres if it is whole, in metres if not, and in units of a metre if said") {
+  const pinhole_camera<double> camera{4, 3, 100, 100, 2, 1.5};
+  CHECK(unproject(image<std::uint16_t>(4, 3, 1500), camera)(2, 0) == 1.5);
+  CHECK(unproject(image<float>(4, 3, 1.5f), camera)(2, 0) == 1.5);
+  CHECK(unproject(image<std::uint16_t>(4, 3, 5000), camera, depth_scale{5000})(2, 0) == 1);
+  CHECK(unproject(image<float>(4, 3, 1500), camera, depth_scale{1000})(2, 0) == 1.5);
 }

@@ -205,7 +205,6 @@ TEST_CASE_TEMPLATE("neighbors on a line, equal ones, or too few of them determin
   }
   const auto points = test::random_points<T>(20, 7);
   expect_undetermined(points, knn{T::dimension - 1});
-  expect_undetermined(points, knn{0});
   expect_undetermined(points, radius{0});
   expect_undetermined(points.leftCols(1).eval(), knn{10});
   CHECK(estimate_normals(points.leftCols(0).eval(), knn{10}).normals.cols() == 0);

@@ -26,8 +26,9 @@ TEST_CASE_TEMPLATE("axes are orthonormal, right-handed and descending, and rebui
     for (index_t d = 1; d < T::dimension; ++d)
       CHECK(basis.eigenvalues[d] <= basis.eigenvalues[d - 1]);
     const auto moments = *mean_and_covariance(points);
-    CHECK((basis.axes * basis.eigenvalues.asDiagonal() * basis.axes.transpose())
-              .isApprox(moments.covariance, rounding));
+    const Eigen::MatrixXd axes = basis.axes.template cast<double>();
+    CHECK((axes * basis.eigenvalues.asDiagonal() * axes.transpose())
+              .isApprox(moments.covariance, double(rounding)));
     CHECK(basis.mean == moments.mean);
     CHECK(double(basis.explained_variance().sum()) == doctest::Approx(1));
   }
@@ -79,4 +80,15 @@ TEST_CASE("nothing, one point and mismatches have a documented result") {
   CHECK_THROWS_AS((void)one.reconstruct(Eigen::Matrix4Xd::Ones(4, 2).eval()), invalid_input);
   CHECK_THROWS_AS((void)principal_components(Eigen::Matrix3Xd::Ones(3, 2).eval(), std::vector{2}),
                   invalid_input);
+}
+
+TEST_CASE("axes and shares do not depend on the unit, as long as the type holds the coordinates") {
+  auto points = test::random_points<test::f3>(500, 2);
+  for (index_t d = 0; d < 3; ++d) points.row(d) *= float(3 - d);
+  const auto truth = *principal_components(points);
+  for (const float scale : {0x1p-80f, 0x1p80f}) {
+    const auto found = *principal_components((scale * points).eval());
+    CHECK((found.axes - truth.axes).norm() < 1e-5f);
+    CHECK((found.explained_variance() - truth.explained_variance()).norm() < 1e-6);
+  }
 }

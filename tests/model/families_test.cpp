@@ -51,11 +51,11 @@ TEST_CASE_TEMPLATE("each family keeps its contract on random data", T, ALL_SPACE
   CHECK(check_ransac_model(sphere_family{points, {.radius = {.max = 20}}}, 20 * tolerance) ==
         std::vector<std::string>{});
   const auto others = test::random_points<T>(40, 6);
-  CHECK(check_ransac_model(affine_family(others, points), 100 * tolerance) ==
+  CHECK(check_ransac_model(affine_family(points, others), 100 * tolerance) ==
         std::vector<std::string>{});
-  CHECK(check_ransac_model(rigid_family(others, points), tolerance, true) ==
+  CHECK(check_ransac_model(rigid_family(points, others), tolerance, true) ==
         std::vector<std::string>{});
-  CHECK(check_ransac_model(similarity_family(others, points), tolerance, true) ==
+  CHECK(check_ransac_model(similarity_family(points, others), tolerance, true) ==
         std::vector<std::string>{});
 }
 
@@ -222,11 +222,11 @@ TEST_CASE_TEMPLATE("transforms are found from pairs of which half are wrong", T,
     CHECK((found->model.linear().template cast<double>() - a).norm() < 1e-4);
     CHECK((found->model.translation().template cast<double>() - shift).norm() < 1e-4);
   };
-  check(nearest_rotation(linear), [&](const auto& onto) { return rigid_family(onto, source); });
+  check(nearest_rotation(linear), [&](const auto& onto) { return rigid_family(source, onto); });
   check(0.7 * nearest_rotation(linear),
-        [&](const auto& onto) { return similarity_family(onto, source); });
+        [&](const auto& onto) { return similarity_family(source, onto); });
   check(linear + 2 * Eigen::MatrixXd::Identity(d, d),
-        [&](const auto& onto) { return affine_family(onto, source); });
+        [&](const auto& onto) { return affine_family(source, onto); });
 }
 
 TEST_CASE("pairs may be named by correspondences, in any order and number") {
@@ -235,14 +235,14 @@ TEST_CASE("pairs may be named by correspondences, in any order and number") {
   target.colwise() += Eigen::Vector3f{1, 2, 3};
   correspondences<float> pairs;
   for (std::int32_t i = 0; i < 30; ++i) pairs.push_back({i % 3 == 2 ? i : 29 - i, i, 0});
-  const auto found = ransac(rigid_family(target, source, pairs), {.max_residual = 1e-3});
+  const auto found = ransac(rigid_family(source, target, pairs), {.max_residual = 1e-3});
   REQUIRE(found);
   CHECK(found->inliers.size() == 20);
   CHECK((found->model.translation() - Eigen::Vector3f{1, 2, 3}).norm() < 1e-5f);
-  CHECK(!ransac(rigid_family(target, source, correspondences<float>{}), {.max_residual = 1}));
-  CHECK_THROWS_AS((void)rigid_family(target, source, correspondences<float>{{30, 0, 0}}),
+  CHECK(!ransac(rigid_family(source, target, correspondences<float>{}), {.max_residual = 1}));
+  CHECK_THROWS_AS((void)rigid_family(source, target, correspondences<float>{{30, 0, 0}}),
                   invalid_input);
-  CHECK_THROWS_AS((void)rigid_family(target, source.leftCols(4)), invalid_input);
+  CHECK_THROWS_AS((void)rigid_family(source.leftCols(4), target), invalid_input);
 }
 
 TEST_CASE("a reflection is no rigid transform, and flat points have one all the same") {
@@ -251,9 +251,73 @@ TEST_CASE("a reflection is no rigid transform, and flat points have one all the 
   Eigen::Matrix3Xd target = source;
   target.row(0) *= -1;
   // In a plane a reflection is a half turn around an axis in it.
-  const auto found = ransac(rigid_family(target, source), {.max_residual = 1e-6});
+  const auto found = ransac(rigid_family(source, target), {.max_residual = 1e-6});
   REQUIRE(found);
   CHECK(found->inliers.size() == 30);
   CHECK(found->model.linear().determinant() == doctest::Approx(1));
-  CHECK(!ransac(affine_family(target, source), {.max_residual = 1e-6}));
+  CHECK(!ransac(affine_family(source, target), {.max_residual = 1e-6}));
+}
+
+namespace {
+
+/// How many of some fits are worse than the model that the points were made from.
+template <class M>
+int worse_than(const std::optional<M>& found, const M& truth, const auto& points) {
+  const auto squares = [&](const M& model) {
+    double sum = 0;
+    for (index_t i = 0; i < points.cols(); ++i)
+      sum += std::pow(model.signed_distance(points.col(i)), 2);
+    return sum;
+  };
+  return !found || squares(*found) > 1.001 * squares(truth);
+}
+
+std::vector<index_t> first_indices(index_t n) {
+  std::vector<index_t> all;
+  for (index_t i = 0; i < n; ++i) all.push_back(i);
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("a circle of least squares is never worse than the truth, on a short and noisy arc") {
+  for (const index_t n : {20, 100})
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+      random_stream random{seed, 1};
+      Eigen::Matrix2Xd points(2, n);
+      for (index_t i = 0; i < n; ++i) {
+        const double t = random.uniform(0, 1), r = 1 + 0.1 * random.normal();
+        points.col(i) << r * std::cos(t), r * std::sin(t);
+      }
+      CAPTURE(seed);
+      CHECK(worse_than(sphere_family{points}.fit(first_indices(n)), {Eigen::Vector2d::Zero(), 1},
+                       points) == 0);
+    }
+}
+
+TEST_CASE("a cylinder of least squares is never worse than the truth, whatever its normals") {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    random_stream random{seed, 2};
+    Eigen::Matrix3Xd points(3, 5), normals(3, 5);
+    for (index_t i = 0; i < 5; ++i) {
+      const double t = random.uniform(0, 6.283185307179586);
+      const Eigen::Vector3d out{std::cos(t), std::sin(t), 0},
+          tilt{random.normal(), random.normal(), random.normal()};
+      points.col(i) =
+          (1 + 0.01 * random.normal()) * out + Eigen::Vector3d{0, 0, random.uniform(-2, 2)};
+      normals.col(i) = (out + 0.1 * tilt).normalized();
+    }
+    CAPTURE(seed);
+    CHECK(worse_than(cylinder_family{points, normals}.fit(first_indices(5)),
+                     {{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()}, 1}, points) == 0);
+  }
+}
+
+TEST_CASE("degrees are no angles") {
+  const auto points = test::random_points<test::d3>(20);
+  const Eigen::Matrix3Xd normals = points.colwise().normalized();
+  CHECK_THROWS_AS((hyperplane_family{points, {.normal = direction_limit{{0, 0, 1}, 10}}}),
+                  invalid_input);
+  CHECK_THROWS_AS((similar_normals{normals, 10.0}), invalid_input);
+  CHECK_THROWS_AS((similar_normals{normals, -0.1}), invalid_input);
 }

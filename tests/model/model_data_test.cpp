@@ -64,7 +64,7 @@ TEST_CASE("exact transforms are found among up to nine wrong pairs of ten") {
     // transform needs one such sample only.
     const auto limit =
         index_t(share == 1 ? 1 : std::ceil(std::log(0.001) / std::log(1 - share * share * share)));
-    const auto found = ransac(similarity_family(target, source),
+    const auto found = ransac(similarity_family(source, target),
                               {.max_residual = k == 6 ? 0.03 : 1e-6, .max_iterations = 8 * limit});
     REQUIRE(found);
     const double s = std::cbrt(found->model.linear().determinant());
@@ -97,7 +97,7 @@ TEST_CASE("four of five pairs wrong: the exact transform is found within 861 sam
                                     Eigen::AngleAxisd{1 + double(seed), Eigen::Vector3d::UnitX()} *
                                     Eigen::Isometry3d::Identity();
     target.leftCols(100) = transform_points(truth, source.leftCols(100));
-    const auto found = ransac(rigid_family(target, source), {.max_residual = 1e-6, .seed = seed});
+    const auto found = ransac(rigid_family(source, target), {.max_residual = 1e-6, .seed = seed});
     REQUIRE(found);
     CHECK(found->inliers.size() == 100);
     CHECK((found->model.matrix() - truth.matrix()).norm() < 1e-9);

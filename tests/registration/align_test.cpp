@@ -63,15 +63,15 @@ TEST_CASE_TEMPLATE("what align does can be done by hand, to the bit", T, test::f
   const auto& [target, truth, source] = scans;
   const auto by_hand = [&](const auto& onto, const auto& moving, const auto& estimator,
                            double max_distance, const auto& start) {
-    return icp(nearest_neighbor_searcher{onto, moving, {.max_distance = max_distance}}, estimator,
+    return icp(nearest_neighbor_searcher{moving, onto, {.max_distance = max_distance}}, estimator,
                start, {.max_iterations = 20});
   };
   const auto identity = identity_transform<test::rigid_of<T>>(T::dimension);
   CHECK(same(align(source, target, {.max_distance = 0.8, .max_iterations = 20}),
-             by_hand(target, source, least_squares_estimator{target, source}, 0.8, identity)));
+             by_hand(target, source, least_squares_estimator{source, target}, 0.8, identity)));
   CHECK(same(align(source, target,
                    {.metric = point_to_point{}, .max_distance = 0.8, .max_iterations = 20}),
-             by_hand(target, source, point_to_point_estimator{target, source}, 0.8, identity)));
+             by_hand(target, source, point_to_point_estimator{source, target}, 0.8, identity)));
 
   // Bare points: normals are estimated, of the ten nearest.
   const auto& [points, normals_unused] = std::tie(target.points, target.normals);
@@ -79,15 +79,15 @@ TEST_CASE_TEMPLATE("what align does can be done by hand, to the bit", T, test::f
   const auto with_normals = as_surface(points, normals);
   CHECK(same(align(source.points, points, {.max_distance = 0.8, .max_iterations = 20}),
              by_hand(with_normals, source.points,
-                     least_squares_estimator{with_normals, source.points}, 0.8, identity)));
+                     least_squares_estimator{source.points, with_normals}, 0.8, identity)));
 
   // From coarse to fine.
   const auto coarse_target = target | voxel_downsample(0.4),
              coarse = source | voxel_downsample(0.4);
   const auto first =
-      by_hand(coarse_target, coarse, least_squares_estimator{coarse_target, coarse, symmetric{}}, 2,
+      by_hand(coarse_target, coarse, least_squares_estimator{coarse, coarse_target, symmetric{}}, 2,
               identity);
-  const auto second = by_hand(target, source, least_squares_estimator{target, source, symmetric{}},
+  const auto second = by_hand(target, source, least_squares_estimator{source, target, symmetric{}},
                               0.6, first.transform);
   const auto at_once =
       align(source, target,
@@ -156,9 +156,9 @@ TEST_CASE("each term of a metric may have its own pairs and weights") {
       weighted_term{point_to_plane{}, 1},
       weighted_term{point_to_point{}, 0.5,
                     [](index_t t, index_t s, double) { return t == s ? 1.0 : 0.0; }}};
-  const least_squares_estimator estimator{target, source, metric};
-  const nearest_neighbor_searcher near{target, source, {.max_distance = 0.8}};
-  const oracle_searcher known{target, source, {{5, 5, 0}, {6, 7, 0}}};
+  const least_squares_estimator estimator{source, target, metric};
+  const nearest_neighbor_searcher near{source, target, {.max_distance = 0.8}};
+  const oracle_searcher known{source, target, {{5, 5, 0}, {6, 7, 0}}};
   const auto found =
       icp(combined_searcher{near, known}, estimator, Eigen::Isometry3d::Identity(), {});
   CHECK(found.pairs == 602);
@@ -225,14 +225,14 @@ TEST_CASE("what does not fit together is refused in a sentence") {
   odd.normals.conservativeResize(3, 5);
   CHECK_THROWS_AS((void)align(source, odd), invalid_input);
   CHECK_THROWS_AS((void)align(odd, target), invalid_input);
-  CHECK_THROWS_AS((nearest_neighbor_searcher{odd, source}), invalid_input);
+  CHECK_THROWS_AS((nearest_neighbor_searcher{source, odd}), invalid_input);
   CHECK_THROWS_WITH_AS((void)as_surface(target.points, odd.normals),
                        "surface_view: there must be one normal a point, or none", invalid_input);
   CHECK_THROWS_WITH_AS(
-      (least_squares_estimator{target.points, source.points}),
+      (least_squares_estimator{source.points, target.points}),
       "least_squares_estimator: the metric needs normals of the target; estimate them first",
       invalid_input);
-  CHECK_THROWS_AS((least_squares_estimator{target, source.points, symmetric{}}), invalid_input);
+  CHECK_THROWS_AS((least_squares_estimator{source.points, target, symmetric{}}), invalid_input);
   CHECK_THROWS_AS((void)align(source, target, {.max_distance = -1}), invalid_input);
   CHECK_THROWS_AS((void)align(source, target, {.scales = {{-1, 1}}}), invalid_input);
   CHECK_THROWS_AS((void)align(source, target, {.fraction = 2}), invalid_input);
@@ -271,5 +271,66 @@ TEST_CASE("few points, equal points and points on a line are answered, not crash
         if (n == 1) CHECK(!found.converged());
       }
       CHECK(align(equal, equal, {.metric = metric}).undetermined >= 3);
+    }
+}
+
+TEST_CASE("an option that would have no effect is refused") {
+  const pair_of_scans<test::d3> scans;
+  CHECK_THROWS_AS(
+      (void)align(scans.source, scans.target, point_to_plane{}, {.robust = tukey{0.01}}),
+      invalid_input);
+  CHECK_THROWS_AS(
+      (void)align(scans.source, scans.target, point_to_plane{}, {.metric = symmetric{}}),
+      invalid_input);
+}
+
+TEST_CASE_TEMPLATE("normals must have unit length, be zero, or be no numbers", T, test::f3,
+                   test::d2) {
+  using S = typename T::scalar;
+  const pair_of_scans<T> scans;
+  auto target = scans.target;
+  target.normals.col(3).setZero();
+  target.normals.col(4).setConstant(test::nan<S>);
+  target.normals.col(5) *= S(1.001);
+  CHECK(align(scans.source, target, {.max_distance = 0.3}).pairs > 0);
+  for (const S length : {S(5), S(0.01), S(127)}) {
+    auto scaled = target;
+    scaled.normals.col(7) *= length;
+    CHECK_THROWS_AS((void)align(scans.source, scaled, {.max_distance = 0.3}), invalid_input);
+    CHECK(align(scans.source, scaled, {.metric = point_to_point{}, .max_distance = 0.3}).pairs > 0);
+  }
+}
+
+TEST_CASE("where the transform itself is rounded by more than the tolerance, it settles") {
+  for (const auto& [unit, offset] : {std::pair{1.0, 5000.0}, {1.0, 9000.0}, {1e6, 1e6}}) {
+    const Eigen::Matrix3Xd points = unit * test::bumpy_surface<test::d3>(2000).points;
+    const Eigen::Vector3d place{offset, -offset / 2, offset / 3};
+    const auto turn =
+        Eigen::AngleAxisd{0.05, Eigen::Vector3d{1, 2, 3}.normalized()}.toRotationMatrix();
+    const point_cloud<float, 3> target{.points = (points.colwise() + place).cast<float>()};
+    const point_cloud<float, 3> source{.points = ((turn * points).colwise() + place).cast<float>()};
+    for (const metric_choice& metric :
+         {metric_choice{point_to_plane{}}, metric_choice{point_to_point{}}}) {
+      const auto found = align(
+          source, target, {.metric = metric, .max_distance = 0.3 * unit, .max_iterations = 200});
+      CHECK(found.converged());
+      CHECK(found.rmse < 2 * std::max(offset, unit) * 0x1p-23);
+    }
+  }
+}
+
+TEST_CASE("generalized ICP moves on where normals disagree by a radian") {
+  const auto target = test::bumpy_surface<test::d3>(1500);
+  for (const double angle : {0.6, 1.0})
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto source = transform(
+          target, Eigen::Isometry3d{Eigen::AngleAxisd{angle, Eigen::Vector3d::Unit(axis)}});
+      align_options<Eigen::Isometry3d> options{
+          .metric = generalized_icp{}, .max_distance = 0.5, .max_iterations = 100};
+      const auto found = align(source, target, options);
+      options.solver.min_eigenvalue = 0;
+      const auto unlimited = align(source, target, options);
+      CHECK(found.undetermined == 0);
+      CHECK(test::difference(found.transform, unlimited.transform) < 1e-9);
     }
 }

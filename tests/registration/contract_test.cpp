@@ -143,12 +143,12 @@ TEST_CASE("estimators keep what they promise, with and without pairs") {
   const auto source = transform(target, test::random_rigid<test::d3>(1, 0.1, 0.1));
   const auto pairs = test::same_indices<double>(60);
   const auto start = test::random_rigid<test::d3>(2, 0.1, 0.1);
-  CHECK(check_transform_estimator(point_to_point_estimator{target, source}, start, pairs).empty());
-  CHECK(check_transform_estimator(least_squares_estimator{target, source}, start, pairs).empty());
+  CHECK(check_transform_estimator(point_to_point_estimator{source, target}, start, pairs).empty());
+  CHECK(check_transform_estimator(least_squares_estimator{source, target}, start, pairs).empty());
   CHECK(
-      check_transform_estimator(least_squares_estimator{target, source, symmetric{}}, start, pairs)
+      check_transform_estimator(least_squares_estimator{source, target, symmetric{}}, start, pairs)
           .empty());
-  CHECK(check_transform_estimator(least_squares_estimator{target, source, generalized_icp{}}, start,
+  CHECK(check_transform_estimator(least_squares_estimator{source, target, generalized_icp{}}, start,
                                   pairs)
             .empty());
   const auto violations = check_transform_estimator(inventive_estimator{}, start, pairs);

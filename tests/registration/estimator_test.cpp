@@ -32,7 +32,7 @@ void check_exactness(const Transform& truth, MakeEstimator make_estimator) {
   const Transform back = test::inverse(truth);
   transform_points(back, target.points, source.points);
   transform_normals(back, target.normals, source.normals);
-  const oracle_searcher searcher{target, source, test::same_indices<S>(300)};
+  const oracle_searcher searcher{source, target, test::same_indices<S>(300)};
   const auto estimator = make_estimator(target, source);
   const auto found = icp(searcher, estimator, estimator.identity(), {.tolerance = 1e-10});
   CHECK(test::difference(found.transform, truth) < rounding<T>());
@@ -59,7 +59,7 @@ struct damped_solver {
 TEST_CASE("a solver from outside takes the place of the shipped one") {
   check_exactness<test::d3>(
       test::random_rigid<test::d3>(3, 0.2, 0.3), [](const auto& t, const auto& s) {
-        return least_squares_estimator{t, s, point_to_plane{}, rigid_motion{}, damped_solver{1e-4}};
+        return least_squares_estimator{s, t, point_to_plane{}, rigid_motion{}, damped_solver{1e-4}};
       });
 }
 
@@ -70,7 +70,7 @@ TEST_CASE("residuals of several terms are the same for any number of threads") {
   const auto pairs = test::same_indices<double>(5000);
   const auto residuals_on = [&](int threads) {
     return least_squares_estimator{
-        target, source, metric, rigid_motion{}, truncated_solver{}, {.threads = threads}}
+        source, target, metric, rigid_motion{}, truncated_solver{}, {.threads = threads}}
         .residuals(Eigen::Isometry3d::Identity(), pairs);
   };
   const Eigen::VectorXd one = residuals_on(1);
@@ -88,14 +88,14 @@ TEST_CASE_TEMPLATE("the closed form finds a rigid motion to rounding", T, test::
                    test::f5, test::fx, test::d2, test::d3, test::d5, test::dx) {
   for (std::uint64_t seed = 0; seed < 10; ++seed)
     check_exactness<T>(test::random_rigid<T>(seed, 3, 2),
-                       [](const auto& t, const auto& s) { return point_to_point_estimator{t, s}; });
+                       [](const auto& t, const auto& s) { return point_to_point_estimator{s, t}; });
 }
 
 TEST_CASE_TEMPLATE("the closed form finds an affine map to rounding", T, test::f2, test::f3,
                    test::f5, test::fx, test::d2, test::d3, test::d5, test::dx) {
   for (std::uint64_t seed = 0; seed < 10; ++seed)
     check_exactness<T>(test::random_affine<T>(seed, 0.2, 2), [](const auto& t, const auto& s) {
-      return point_to_point_estimator{t, s, affine_motion{}};
+      return point_to_point_estimator{s, t, affine_motion{}};
     });
 }
 
@@ -104,7 +104,7 @@ TEST_CASE_TEMPLATE("Gauss–Newton finds a rigid motion to rounding with every m
   const auto truth = test::random_rigid<T>(3, 0.3, 0.5);
   const auto check = [&](const auto& metric) {
     check_exactness<T>(
-        truth, [&](const auto& t, const auto& s) { return least_squares_estimator{t, s, metric}; });
+        truth, [&](const auto& t, const auto& s) { return least_squares_estimator{s, t, metric}; });
   };
   check(point_to_point{});
   check(point_to_plane{});
@@ -119,9 +119,31 @@ TEST_CASE_TEMPLATE("Gauss–Newton finds an affine map to rounding", T, test::f2
   const auto truth = test::random_affine<T>(4, 0.1, 0.3);
   const auto check = [&](const auto& metric) {
     check_exactness<T>(truth, [&](const auto& t, const auto& s) {
-      return least_squares_estimator{t, s, metric, affine_motion{}};
+      return least_squares_estimator{s, t, metric, affine_motion{}};
     });
   };
   check(point_to_point{});
   check(combined_metric{weighted_term{point_to_point{}, 0.1}, point_to_plane{}});
+}
+
+TEST_CASE(
+    "information is the sum of what the residuals see, of every metric, and its shares end at 1") {
+  // Far from the answer, where the curvature of the cost is another thing.
+  const auto target = test::random_points<test::d3>(400, 2);
+  const Eigen::Matrix3Xd source = 0.5 * target;
+  const auto pairs = test::same_indices<double>(400);
+  Eigen::MatrixXd truth = Eigen::MatrixXd::Zero(6, 6);
+  for (index_t i = 0; i < 400; ++i) {
+    Eigen::Matrix<double, 3, 6> row;  // Of the velocity w × y + t.
+    const Eigen::Vector3d y = source.col(i);
+    row << 0, y[2], -y[1], 1, 0, 0, -y[2], 0, y[0], 0, 1, 0, y[1], -y[0], 0, 0, 0, 1;
+    truth += row.transpose() * row;
+  }
+  const auto here = Eigen::Isometry3d::Identity();
+  const auto check = [&](const alignment_fit& fit) {
+    CHECK((fit.information - truth).norm() < 1e-9 * truth.norm());
+    CHECK(fit.eigenvalues.maxCoeff() <= 1);
+  };
+  check(point_to_point_estimator{source, target}.estimate(here, pairs).fit);
+  check(least_squares_estimator{source, target, point_to_point{}}.estimate(here, pairs).fit);
 }

@@ -52,7 +52,7 @@ struct field_searcher {
 
   void find(const shift_field& field, correspondences<double>& out) const {
     const Eigen::Matrix3Xd moved = source + field.shifts;
-    nearest_neighbor_searcher{target, moved}.find(Eigen::Isometry3d::Identity(), out);
+    nearest_neighbor_searcher{moved, target}.find(Eigen::Isometry3d::Identity(), out);
   }
 };
 
@@ -94,7 +94,7 @@ TEST_CASE_TEMPLATE("no pairs are never a success, and leave the transform as it 
   auto source = target;
   source.points.array() += S(100);
   const auto start = test::random_rigid<test::space<S, 3>>(1, 0.3, 0.3);
-  const nearest_neighbor_searcher searcher{target, source, {.max_distance = 1}};
+  const nearest_neighbor_searcher searcher{source, target, {.max_distance = 1}};
   const auto check = [&](const auto& estimator) {
     const auto found = icp(searcher, estimator, start);
     CHECK(found.status == icp_status::too_few_pairs);
@@ -106,9 +106,9 @@ TEST_CASE_TEMPLATE("no pairs are never a success, and leave the transform as it 
     CHECK(found.undetermined == found.directions.cols());
     CHECK(test::difference(found.transform, start) == 0);
   };
-  check(point_to_point_estimator{target, source});
-  check(least_squares_estimator{target, source, point_to_plane{}});
-  check(least_squares_estimator{target, source, symmetric{}});
+  check(point_to_point_estimator{source, target});
+  check(least_squares_estimator{source, target, point_to_plane{}});
+  check(least_squares_estimator{source, target, symmetric{}});
   const point_cloud<S, 3> none;
   for (const auto& cloud : {source, none}) {
     CHECK(align(cloud, target, {.max_distance = 1}).status == icp_status::too_few_pairs);
@@ -231,8 +231,8 @@ TEST_CASE_TEMPLATE("what pairs of points leave open stays as it is", S, float, d
   Eigen::Matrix<S, 3, 2> target, source;
   target << 0, 0, 0, 2, 0, 0;
   source << 0, 2, 0, 0, 0, 0;
-  const oracle_searcher searcher{target, source, test::same_indices<S>(2)};
-  const point_to_point_estimator estimator{target, source};
+  const oracle_searcher searcher{source, target, test::same_indices<S>(2)};
+  const point_to_point_estimator estimator{source, target};
   const auto found = icp(searcher, estimator, estimator.identity());
   CHECK(found.status == icp_status::degenerate);
   CHECK(found.rmse < micro<S>);
@@ -241,7 +241,7 @@ TEST_CASE_TEMPLATE("what pairs of points leave open stays as it is", S, float, d
   quarter << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   CHECK((found.transform.linear() - quarter).norm() < micro<S>);
   // One point moves, and does not turn.
-  const oracle_searcher single{target, source, {{1, 1, 0}}};
+  const oracle_searcher single{source, target, {{1, 1, 0}}};
   const auto moved = icp(single, estimator, estimator.identity());
   CHECK(moved.status == icp_status::degenerate);
   CHECK(moved.transform.linear().isIdentity(S(micro<S>)));
@@ -287,11 +287,11 @@ TEST_CASE("unknown normals say nothing, and normals that are not finite do not s
   for (index_t i = 0; i < 300; i += 7)
     partly.normals.col(i).setConstant(i % 2 == 0 ? 0.0 : test::nan<double>);
   const auto source = transform(target, test::random_rigid<test::d3>(1, 0.1, 0.1));
-  const oracle_searcher searcher{partly, source, test::same_indices<double>(300)};
+  const oracle_searcher searcher{source, partly, test::same_indices<double>(300)};
   const auto truth = test::random_rigid<test::d3>(1, 0.1, 0.1).inverse();
   for (int i = 0; i < 2; ++i) {
-    const auto found = i == 0 ? icp(searcher, least_squares_estimator{partly, source})
-                              : icp(searcher, least_squares_estimator{partly, source, symmetric{}});
+    const auto found = i == 0 ? icp(searcher, least_squares_estimator{source, partly})
+                              : icp(searcher, least_squares_estimator{source, partly, symmetric{}});
     CHECK(found.converged());
     CHECK(test::difference(found.transform, truth) < 1e-9);
   }
@@ -302,8 +302,8 @@ TEST_CASE("a mirrored target is met by a rotation, never by a reflection") {
     const auto source = test::random_points<test::d3>(50, seed);
     Eigen::Matrix3Xd target = source;
     target.row(int(seed % 3)) *= -1;
-    const oracle_searcher searcher{target, source, test::same_indices<double>(50)};
-    const point_to_point_estimator estimator{target, source};
+    const oracle_searcher searcher{source, target, test::same_indices<double>(50)};
+    const point_to_point_estimator estimator{source, target};
     const auto found = icp(searcher, estimator, estimator.identity());
     CHECK(found.transform.linear().determinant() == doctest::Approx(1));
     // As good as Eigen's own answer.
@@ -321,15 +321,15 @@ TEST_CASE_TEMPLATE("a rotation by 180 degrees is found, and small steps never br
   rigid_transform<S, 3> half = rigid_transform<S, 3>::Identity();
   half.linear().diagonal() << -1, -1, 1;
   const auto source = transform(target, half);
-  const oracle_searcher searcher{target, source, test::same_indices<S>(200)};
-  CHECK(test::difference(icp(searcher, point_to_point_estimator{target, source}).transform, half) <
+  const oracle_searcher searcher{source, target, test::same_indices<S>(200)};
+  CHECK(test::difference(icp(searcher, point_to_point_estimator{source, target}).transform, half) <
         micro<S>);
   // By steps, from nearly 180 degrees away.
   rigid_transform<S, 3> nearly = half;
   nearly.linear() = Eigen::AngleAxis<S>{S(3.1), Eigen::Matrix<S, 3, 1>::UnitZ()}.toRotationMatrix();
   const auto turned = transform(target, nearly);
-  const least_squares_estimator estimator{target, turned, point_to_point{}};
-  const auto found = icp(oracle_searcher{target, turned, test::same_indices<S>(200)}, estimator,
+  const least_squares_estimator estimator{turned, target, point_to_point{}};
+  const auto found = icp(oracle_searcher{turned, target, test::same_indices<S>(200)}, estimator,
                          estimator.identity(), {.max_iterations = 100});
   CHECK(found.converged());
   CHECK(test::difference(found.transform, nearly.inverse()) < micro<S>);
@@ -340,8 +340,8 @@ TEST_CASE("the loop stops for each of its reasons, and says which") {
   const auto target = test::bumpy_surface<test::d3>(400);
   const auto source =
       transform(test::bumpy_surface<test::d3>(300, 5), test::random_rigid<test::d3>(1, 0.15, 0.1));
-  const nearest_neighbor_searcher searcher{target, source};
-  const least_squares_estimator estimator{target, source};
+  const nearest_neighbor_searcher searcher{source, target};
+  const least_squares_estimator estimator{source, target};
   const auto run = [&](const icp_options<Eigen::Isometry3d>& options) {
     return icp(searcher, estimator, Eigen::Isometry3d::Identity(), options);
   };
@@ -414,8 +414,8 @@ TEST_CASE("figures of a result are those of its transform, and any transform has
       transform(test::bumpy_surface<test::d3>(300, 5), test::random_rigid<test::d3>(1, 0.15, 0.1));
   source.points.rightCols(60).array() += 50;  // A fifth has no partner.
   const correspondence_options pairs{.max_distance = 0.6};
-  const nearest_neighbor_searcher searcher{target, source, pairs};
-  const least_squares_estimator estimator{target, source};
+  const nearest_neighbor_searcher searcher{source, target, pairs};
+  const least_squares_estimator estimator{source, target};
   const auto found = icp(searcher, estimator, Eigen::Isometry3d::Identity(), {});
   const auto fit = evaluate(searcher, estimator, found.transform);
   CHECK(fit.pairs == found.pairs);

@@ -192,7 +192,7 @@ TEST_CASE("colours and cameras as searchers find the pose of a Kinect frame, too
   const auto source =
       kinect_frame<float>(*folder, 5) | voxel_downsample(0.01) | estimate_normals(knn{10});
   const Eigen::Isometry3d truth = kinect_pose(*folder, 0).inverse() * kinect_pose(*folder, 5);
-  const least_squares_estimator estimator{target, source};
+  const least_squares_estimator estimator{source, target};
   const auto check = [&](const char* name, const auto& searcher) {
     const auto found = icp(searcher, estimator, Eigen::Isometry3f::Identity(),
                            {.max_iterations = 30, .tolerance = 1e-4});
@@ -201,13 +201,13 @@ TEST_CASE("colours and cameras as searchers find the pose of a Kinect frame, too
     CHECK(error.translation < 0.01);
     CHECK(error.rotation < 0.4);
   };
-  check("projective", projective_searcher{target, source, camera, {.max_distance = 0.1}});
+  check("projective", projective_searcher{source, target, camera, {.max_distance = 0.1}});
   check("with normals",
-        feature_searcher{joint_features{target, source, {.normals = 0.05}}, {.max_distance = 0.1}});
+        feature_searcher{joint_features{source, target, {.normals = 0.05}}, {.max_distance = 0.1}});
   check("reciprocal",
-        nearest_neighbor_searcher{target, source, {.max_distance = 0.1, .reciprocal = true}});
+        nearest_neighbor_searcher{source, target, {.max_distance = 0.1, .reciprocal = true}});
   check("trimmed",
-        nearest_neighbor_searcher{target, source, {.max_distance = 0.1, .fraction = 0.8}});
+        nearest_neighbor_searcher{source, target, {.max_distance = 0.1, .fraction = 0.8}});
 }
 
 TEST_CASE("a chain of Kinect frames drifts by no more than a known amount") {

@@ -88,19 +88,19 @@ TEST_CASE_TEMPLATE("each direction finds what comparing all points finds", T, te
                                                 {target_to_source, backward},
                                                 {search_direction::both, either}}) {
         const nearest_neighbor_searcher searcher{
-            target, source, {.direction = direction, .max_distance = limit}};
+            source, target, {.direction = direction, .max_distance = limit}};
         CHECK(indices_of(found_by(searcher, transform)) == closer_than(expected, all, limit));
         const nearest_neighbor_searcher reciprocal{
-            target, source, {.direction = direction, .max_distance = limit, .reciprocal = true}};
+            source, target, {.direction = direction, .max_distance = limit, .reciprocal = true}};
         const auto found = found_by(reciprocal, transform);
         CHECK(indices_of(found) == closer_than(agreed, all, limit));
         for (const auto& p : found)
           CHECK(double(p.distance) == doctest::Approx(all(p.target, p.source)).epsilon(1e-5));
         // The points themselves as features are the same search.
-        const feature_searcher by_features{point_features{target, source},
+        const feature_searcher by_features{point_features{source, target},
                                            {.direction = direction, .max_distance = limit}};
         CHECK(indices_of(found_by(by_features, transform)) == closer_than(expected, all, limit));
-        CHECK(check_correspondence_searcher(searcher, target, source, std::vector{transform})
+        CHECK(check_correspondence_searcher(searcher, source, target, std::vector{transform})
                   .empty());
       }
     }
@@ -128,13 +128,13 @@ TEST_CASE_TEMPLATE("what a search remembers changes nothing but the time", T, te
     for (const bool reciprocal : {false, true})
       for (const auto direction : {search_direction::source_to_target, search_direction::both}) {
         const nearest_neighbor_searcher searcher{
-            target,
             source,
+            target,
             {.direction = direction, .max_distance = limit, .reciprocal = reciprocal}};
-        CHECK(check_correspondence_searcher(searcher, target, source, steps).empty());
+        CHECK(check_correspondence_searcher(searcher, source, target, steps).empty());
       }
   // A memory that another searcher has filled is not believed.
-  const nearest_neighbor_searcher one{target, source}, other{source, target};
+  const nearest_neighbor_searcher one{source, target}, other{source, target};
   nearest_neighbor_memory<S> memory;
   correspondences<S> pairs;
   other.find(steps[0], memory, pairs);
@@ -148,7 +148,7 @@ TEST_CASE("the rules of selection apply in their order: distance, reciprocity, o
   const Eigen::Matrix2Xf source{{0.1f, 0.3f, 0.9f, 1.2f, 2.4f, 6.5f}, {0, 0, 0, 0, 0, 0}};
   const auto identity = Eigen::Isometry2f::Identity();
   const auto found = [&](const correspondence_options& options) {
-    return indices_of(found_by(nearest_neighbor_searcher{target, source, options}, identity));
+    return indices_of(found_by(nearest_neighbor_searcher{source, target, options}, identity));
   };
   CHECK(found({}) == index_pairs{{0, 0}, {1, 0}, {2, 1}, {3, 1}, {4, 2}, {5, 3}});
   CHECK(found({.max_distance = 0.45}) == index_pairs{{0, 0}, {1, 0}, {2, 1}, {3, 1}, {4, 2}});
@@ -173,7 +173,7 @@ TEST_CASE_TEMPLATE("one to one means what it says in every direction", S, float,
   for (const auto direction : {source_to_target, target_to_source, search_direction::both})
     for (const auto side : {sides::source, sides::target, sides::both}) {
       const auto pairs = found_by(
-          nearest_neighbor_searcher{target, source, {.direction = direction, .one_to_one = side}},
+          nearest_neighbor_searcher{source, target, {.direction = direction, .one_to_one = side}},
           identity);
       CHECK(!pairs.empty());
       std::vector<int> sources(200), targets(60);
@@ -186,7 +186,7 @@ TEST_CASE_TEMPLATE("one to one means what it says in every direction", S, float,
       // No two points that are left over would be a pair of the search.
       if (side == sides::both)
         for (const auto& p : found_by(
-                 nearest_neighbor_searcher{target, source, {.direction = direction}}, identity))
+                 nearest_neighbor_searcher{source, target, {.direction = direction}}, identity))
           CHECK((sources[std::size_t(p.source)] == 1 || targets[std::size_t(p.target)] == 1));
     }
 }
@@ -194,7 +194,7 @@ TEST_CASE_TEMPLATE("one to one means what it says in every direction", S, float,
 TEST_CASE("a threshold is a distance, not its square, and what lies exactly on it belongs") {
   const Eigen::Matrix2Xd target = Eigen::Vector2d{0, 0}, source = Eigen::Vector2d{0, 0.5};
   const auto count = [&](double limit) {
-    return found_by(nearest_neighbor_searcher{target, source, {.max_distance = limit}},
+    return found_by(nearest_neighbor_searcher{source, target, {.max_distance = limit}},
                     Eigen::Isometry2d::Identity())
         .size();
   };
@@ -211,15 +211,15 @@ TEST_CASE("points that are nowhere near, or not there, are no pairs and no error
   for (const auto direction : {search_direction::source_to_target,
                                search_direction::target_to_source, search_direction::both}) {
     const correspondence_options options{.direction = direction, .max_distance = 1};
-    CHECK(found_by(nearest_neighbor_searcher{target, far, options}, identity).empty());
-    CHECK(found_by(nearest_neighbor_searcher{target, none, options}, identity).empty());
+    CHECK(found_by(nearest_neighbor_searcher{far, target, options}, identity).empty());
     CHECK(found_by(nearest_neighbor_searcher{none, target, options}, identity).empty());
+    CHECK(found_by(nearest_neighbor_searcher{target, none, options}, identity).empty());
     CHECK(found_by(nearest_neighbor_searcher{none, none, options}, identity).empty());
-    CHECK(found_by(nearest_neighbor_searcher{target, unknown, options}, identity).empty());
     CHECK(found_by(nearest_neighbor_searcher{unknown, target, options}, identity).empty());
-    CHECK(found_by(feature_searcher{point_features{target, far}, options}, identity).empty());
-    CHECK(found_by(feature_searcher{point_features{none, far}, options}, identity).empty());
-    CHECK(found_by(feature_searcher{point_features{target, unknown}, options}, identity).empty());
+    CHECK(found_by(nearest_neighbor_searcher{target, unknown, options}, identity).empty());
+    CHECK(found_by(feature_searcher{point_features{far, target}, options}, identity).empty());
+    CHECK(found_by(feature_searcher{point_features{far, none}, options}, identity).empty());
+    CHECK(found_by(feature_searcher{point_features{unknown, target}, options}, identity).empty());
   }
 }
 
@@ -231,8 +231,8 @@ TEST_CASE("a search that makes no sense is refused") {
   CHECK_THROWS_AS((searcher{points, points, {.max_distance = test::nan<double>}}), invalid_input);
   CHECK_THROWS_AS((searcher{points, points, {.fraction = 0}}), invalid_input);
   CHECK_THROWS_AS((searcher{points, points, {.fraction = 1.5}}), invalid_input);
-  CHECK_THROWS_AS((nearest_neighbor_searcher{flat, deep}), invalid_input);
-  CHECK_THROWS_AS((point_features{flat, deep}), invalid_input);
+  CHECK_THROWS_AS((nearest_neighbor_searcher{deep, flat}), invalid_input);
+  CHECK_THROWS_AS((point_features{deep, flat}), invalid_input);
   CHECK_THROWS_AS((oracle_searcher{points, points, {{10, 0, 0}}}), invalid_input);
   CHECK_THROWS_AS((oracle_searcher{points, points, {{0, -1, 0}}}), invalid_input);
   const nearest_neighbor_searcher run_time{deep, deep};
@@ -252,7 +252,7 @@ TEST_CASE_TEMPLATE("known pairs are measured anew for every transform", T, test:
   // Given in disorder.
   auto known = test::same_indices<S>(50);
   std::ranges::reverse(known);
-  const oracle_searcher searcher{target, source, known, {.max_distance = 1.2}};
+  const oracle_searcher searcher{source, target, known, {.max_distance = 1.2}};
   const auto transform = test::random_rigid<T>(1, 0.4, 0.4);
   const auto all = distances_between<T>(target, source, transform);
   const auto pairs = found_by(searcher, transform);
@@ -263,7 +263,7 @@ TEST_CASE_TEMPLATE("known pairs are measured anew for every transform", T, test:
     CHECK(p.source == p.target);
     CHECK(double(p.distance) == doctest::Approx(all(p.target, p.source)).epsilon(1e-5));
   }
-  CHECK(check_correspondence_searcher(searcher, target, source, std::vector{transform}).empty());
+  CHECK(check_correspondence_searcher(searcher, source, target, std::vector{transform}).empty());
 }
 
 TEST_CASE_TEMPLATE("features of normals and colours find what comparing all of them finds", S,
@@ -281,7 +281,7 @@ TEST_CASE_TEMPLATE("features of normals and colours find what comparing all of t
       return sum + weights.colors * weights.colors *
                        double((source.colors.col(s) - target.colors.col(t)).squaredNorm());
     };
-    const joint_features space_of_both{target, source, weights};
+    const joint_features space_of_both{source, target, weights};
     CHECK(check_feature_space(space_of_both, transform).empty());
     const auto pairs = found_by(feature_searcher{space_of_both}, transform);
     REQUIRE(pairs.size() == 100);
@@ -301,8 +301,8 @@ TEST_CASE_TEMPLATE("features of normals and colours find what comparing all of t
     check(affine, weights);
   }
   source.normals.resize(3, 0);
-  CHECK_THROWS_AS((joint_features{target, source, {.normals = 1}}), invalid_input);
-  CHECK_THROWS_AS((joint_features{target, source, {.colors = -1}}), invalid_input);
+  CHECK_THROWS_AS((joint_features{source, target, {.normals = 1}}), invalid_input);
+  CHECK_THROWS_AS((joint_features{source, target, {.colors = -1}}), invalid_input);
 }
 
 TEST_CASE("another judge decides which pairs of a search are accepted, and at which distance") {
@@ -310,7 +310,7 @@ TEST_CASE("another judge decides which pairs of a search are accepted, and at wh
   const auto target = test::bumpy_surface<space>(300, 1),
              source = test::bumpy_surface<space>(200, 2);
   const auto identity = Eigen::Isometry3d::Identity();
-  const point_features places{target.points, source.points};
+  const point_features places{source.points, target.points};
   // Nearest in space, accepted by the angle between the normals.
   const auto angle = [&](index_t t, index_t s, double) {
     return angle_between(target.normals.col(t), source.normals.col(s));
@@ -326,7 +326,7 @@ TEST_CASE("another judge decides which pairs of a search are accepted, and at wh
         }) == std::ssize(pairs));
   // Nearest with normals, accepted in space.
   const feature_searcher by_place{
-      joint_features{target, source, {.normals = 5}}, {.max_distance = 0.2}, places};
+      joint_features{source, target, {.normals = 5}}, {.max_distance = 0.2}, places};
   for (const auto& p : found_by(by_place, identity))
     CHECK(p.distance == (target.points.col(p.target) - source.points.col(p.source)).norm());
 }
@@ -339,12 +339,12 @@ TEST_CASE_TEMPLATE("a camera pairs each point with what it sees in the same pixe
   image<S> depth(40, 30);
   for (int v = 0; v < 30; ++v)
     for (int u = 0; u < 40; ++u) depth(u, v) = v == 3 ? S(0) : S(2) + S(u) / 40;
-  const auto target = unproject(depth, camera, depth_in_metres);
+  const auto target = unproject(depth, camera);
   const auto source = test::random_points<test::space<S, 3>>(3000, 1, -1.5, 3.5);
   const auto transform = test::random_rigid<test::space<S, 3>>(2, 0.1, 0.1);
-  const projective_searcher searcher{target, source, camera, {.max_distance = 0.5}};
+  const projective_searcher searcher{source, target, camera, {.max_distance = 0.5}};
   const auto pairs = found_by(searcher, transform);
-  CHECK(check_correspondence_searcher(searcher, target, source, std::vector{transform}).empty());
+  CHECK(check_correspondence_searcher(searcher, source, target, std::vector{transform}).empty());
   const auto moved = transform_points(transform, source);
   std::size_t expected = 0;
   for (index_t s = 0; s < 3000; ++s) {
@@ -365,14 +365,14 @@ TEST_CASE_TEMPLATE("a camera pairs each point with what it sees in the same pixe
 TEST_CASE("a combined searcher yields the pairs of each of its searchers") {
   const auto target = test::random_points<test::d3>(100, 1),
              source = test::random_points<test::d3>(80, 2);
-  const nearest_neighbor_searcher near{target, source, {.max_distance = 0.2}};
-  const oracle_searcher known{target, source, {{3, 4, 0}}};
+  const nearest_neighbor_searcher near{source, target, {.max_distance = 0.2}};
+  const oracle_searcher known{source, target, {{3, 4, 0}}};
   const combined_searcher both{near, known};
   const auto transform = test::random_rigid<test::d3>(1, 0.1, 0.1);
   const auto pairs = found_by(both, transform);
   CHECK(pairs[0] == found_by(near, transform));
   CHECK(pairs[1] == found_by(known, transform));
-  CHECK(check_correspondence_searcher(both, target, source, std::vector{transform}).empty());
+  CHECK(check_correspondence_searcher(both, source, target, std::vector{transform}).empty());
 }
 
 TEST_CASE("the same pairs for any number of threads") {
@@ -381,10 +381,25 @@ TEST_CASE("the same pairs for any number of threads") {
   const auto transform = test::random_rigid<test::f3>(1, 0.1, 0.1);
   for (const auto direction : {search_direction::source_to_target, search_direction::both}) {
     correspondence_options options{.direction = direction, .threads = 1};
-    const auto one = found_by(nearest_neighbor_searcher{target, source, options}, transform);
+    const auto one = found_by(nearest_neighbor_searcher{source, target, options}, transform);
     for (const int threads : {2, 5}) {
       options.threads = threads;
-      CHECK(one == found_by(nearest_neighbor_searcher{target, source, options}, transform));
+      CHECK(one == found_by(nearest_neighbor_searcher{source, target, options}, transform));
     }
+  }
+}
+
+TEST_CASE_TEMPLATE("at a distance of 0 only equal points are pairs", T, test::f2, test::f3,
+                   test::d3, test::dx) {
+  using S = typename T::scalar;
+  const auto a = test::random_points<T>(1000, 1), b = test::random_points<T>(1000, 2);
+  const auto here = identity_transform<test::rigid_of<T>>(T::dimension);
+  // The square of the second is 0.
+  for (const double limit : {0.0, sizeof(S) == 4 ? 1e-30 : 1e-300}) {
+    const auto self = evaluate(a, a, here, {.metric = point_to_point{}, .max_distance = limit});
+    CHECK(self.pairs == 1000);
+    CHECK(self.rmse == 0);
+    const auto apart = evaluate(a, b, here, {.metric = point_to_point{}, .max_distance = limit});
+    CHECK(apart.pairs == 0);
   }
 }

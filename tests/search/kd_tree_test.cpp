@@ -131,10 +131,11 @@ TEST_CASE_TEMPLATE("a tree of nothing finds nothing, and one of one point that p
   CHECK(one.find(query.col(0), knn{5}).size() == 1);
 }
 
-TEST_CASE_TEMPLATE("k of 0 finds nothing, and k beyond N finds all", T, test::f3, test::dx) {
+TEST_CASE_TEMPLATE("k of 0 is refused, and k beyond N finds all", T, test::f3, test::dx) {
   const auto points = test::random_points<T>(40);
   const kd_tree tree{points};
-  CHECK(tree.find(points.col(0), knn{0}).empty());
+  CHECK_THROWS_WITH_AS((void)tree.find(points.col(0), knn{0}),
+                       "knn: k must be at least 1, and is 0", invalid_input);
   CHECK(tree.find(points.col(0), knn{41}).size() == 40);
   CHECK(tree.find(points.col(0), knn{std::numeric_limits<index_t>::max()}).size() == 40);
   CHECK(tree.find_all(as_points(points), knn{1000}).total() == 1600);
@@ -328,4 +329,29 @@ TEST_CASE_TEMPLATE("the nearest two are those of a search for two", T, test::f2,
   CHECK_THROWS_AS((void)tree.nearest_two(query, S(-1)), invalid_input);
   const decltype(points) none(T::dimension, 0);
   CHECK(kd_tree{none}.nearest_two(query)[0].index == -1);
+}
+
+TEST_CASE_TEMPLATE("what a search says is so far away is found within so far", S, float, double) {
+  const auto points = test::random_points<test::space<S, 3>>(2000, 5, 0, 1);
+  const kd_tree tree{points};
+  const brute_force_searcher brute{points};
+  index_t lost = 0;
+  std::vector<neighbor<S>> found;
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const Eigen::Matrix<S, 3, 1> query = points.col(i);
+    const auto near = tree.find(query, knn{8});
+    const double reach = double(near.back().distance);
+    brute.find(query, radius{reach}, found);
+    lost += std::ssize(found) < 8;
+    lost += std::ssize(tree.find(query, radius{reach})) < 8;
+    lost += std::ssize(tree.find(query, knn_in_radius{8, reach})) < 8;
+    lost += tree.nearest_two(query, near[1].distance)[1].index < 0;
+  }
+  CHECK(lost == 0);
+  // On a lattice, by the diagonals.
+  Eigen::Matrix<S, 3, dynamic> lattice(3, 27);
+  for (int i = 0; i < 27; ++i) lattice.col(i) << S(i % 3), S(i / 3 % 3), S(i / 9);
+  const Eigen::Matrix<S, 3, 1> middle = lattice.col(13);
+  CHECK(kd_tree{lattice}.find(middle, radius{double(std::sqrt(S(2)))}).size() == 19);
+  CHECK(kd_tree{lattice}.find(middle, radius{double(std::sqrt(S(3)))}).size() == 27);
 }

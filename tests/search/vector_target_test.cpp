@@ -35,8 +35,7 @@ bool are_equal(const neighborhoods<S>& a, const neighborhoods<S>& b) {
 }
 
 const std::vector<neighborhood_spec>& specs() {
-  static const std::vector<neighborhood_spec> all{knn{0},
-                                                  knn{1},
+  static const std::vector<neighborhood_spec> all{knn{1},
                                                   knn{4},
                                                   knn{8},
                                                   knn{9},

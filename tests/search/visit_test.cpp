@@ -66,7 +66,7 @@ TEST_CASE_TEMPLATE("visiting hands on what find finds, each query once", T, ALL_
   const kd_tree tree{points};
   for (const neighborhood_spec spec :
        {neighborhood_spec{knn{7}}, neighborhood_spec{knn{50}}, neighborhood_spec{radius{0.3}},
-        neighborhood_spec{knn_in_radius{4, 0.2}}, neighborhood_spec{knn{0}}}) {
+        neighborhood_spec{knn_in_radius{4, 0.2}}, neighborhood_spec{knn_in_radius{1, 0}}}) {
     const auto check = [&](const auto& queries) {
       const auto all = visit_all_of(tree, queries, spec);
       for (index_t q = 0; q < queries.cols(); ++q) {

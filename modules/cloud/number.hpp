@@ -122,8 +122,8 @@ bool parse_number(std::string_view word, T& value) {
         word.find("E-") == word.npos)
       return false;
     if (error == std::errc::result_out_of_range) real = 0;
-    if (std::isfinite(real) && std::abs(real) > double(std::numeric_limits<T>::max())) return false;
     value = static_cast<T>(real);
+    if (std::isinf(value) && !std::isinf(real)) return false;
     return error == std::errc{} || error == std::errc::result_out_of_range;
   }
 }

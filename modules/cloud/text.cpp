@@ -104,8 +104,10 @@ class text_reader {
       if (lines++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
       if (is_comment(*line)) continue;
       if (rows_ == count_.value_or(-1)) {
-        take_next_count(*line);
-        continue;
+        if (take_next_count(*line)) continue;
+        comments_.push_back("the file goes on after the " + std::to_string(*count_) +
+                            " points that it says it has");
+        break;
       }
       if (columns_ > 0 ? take_row(*line) : take_first_row(*line)) ++rows_;
       if (rows_ == std::numeric_limits<std::int32_t>::max())
@@ -116,17 +118,17 @@ class text_reader {
                        " points, and says it has " + std::to_string(*count_));
   }
 
-  /// After all the points of a PTS file: the count of another scan, which begins here.
-  void take_next_count(std::string_view line) {
+  /// After all the points of a PTS file: the count of another scan, which begins here. False if it
+  /// is something else.
+  bool take_next_count(std::string_view line) {
     const auto words = words_of(line);
-    if (words.empty()) return;
+    if (words.empty()) return true;
     std::uint32_t more = 0;
-    if (words.size() > 1 || !detail::parse_number(words[0], more))
-      in_.fail_at_line("there are more points than the " + std::to_string(*count_) +
-                       " that the file says it has");
+    if (words.size() > 1 || !detail::parse_number(words[0], more)) return false;
     if (more > in_.remaining() / (2 * D - 1) + 1)
       in_.fail_at_line("the file says that it has more points than fit it");
     *count_ += more;
+    return true;
   }
 
   bool is_comment(std::string_view line) {

@@ -7,6 +7,7 @@ namespace cilantro {
 
 template <int D>
 symmetric_decomposition<D> decompose_symmetric(const Eigen::Matrix<double, D, D>& matrix) {
+  if (matrix.size() == 0) return {point_vector<double, D>{matrix.rows()}, matrix};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>> solver{matrix};
   return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
 }

@@ -31,18 +31,22 @@ descended<sphere_model<dynamic>> descend_from(const Eigen::MatrixXd& points,
       });
 }
 
-/// Least squares of the distances. Of points around 0, with a root mean square of 1, from a sphere
-/// that is near them.
+/// Least squares of the distances. Of points around 0 whose distance from it has a root mean square
+/// of 1, from a sphere that is near them.
 sphere_model<dynamic> refine(const Eigen::MatrixXd& points, const sphere_model<dynamic>& start) {
   auto best = descend_from(points, start);
+  constexpr double noisy = 0.03;
+  if (best.sum <= noisy * noisy * double(points.cols())) return best.model;
   // A cap that is as thick as it is high looks much the same from the other side, and from afar.
-  if (start.radius < 1.2) return best.model;
-  for (const double factor : {-1.0, 3.0, -3.0}) {
-    const Eigen::VectorXd center = factor * start.center;
-    const double radius = (points.colwise() - center).colwise().norm().mean();
-    auto other = descend_from(points, {center, radius});
-    if (other.sum < best.sum) best = std::move(other);
-  }
+  const Eigen::VectorXd across =
+      decompose_symmetric<dynamic>(points * points.transpose()).vectors.col(0);
+  for (const double distance : {0.5, 1.0, 2.0, 4.0, 8.0})
+    for (const double side : {-1.0, 1.0}) {
+      const Eigen::VectorXd center = side * distance * across;
+      const double radius = (points.colwise() - center).colwise().norm().mean();
+      auto other = descend_from(points, {center, radius});
+      if (other.sum < best.sum) best = std::move(other);
+    }
   return best.model;
 }
 

@@ -207,7 +207,7 @@ TEST_CASE("a PCD header that is wrong is refused with its line") {
   names(ascii("x y z", "SIZE 4 4 4\nTYPE F F F\nWIDTH 3\nHEIGHT 2\nPOINTS 5\nDATA ascii\n"),
         "POINTS is not WIDTH times HEIGHT");
   names(ascii("x y z", "SIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 99999999\nPOINTS 1\nDATA ascii\n"),
-        "no values, or too many");
+        "\"z\" has too many values");
   names(ascii("x y z", "SIZE 4 4 4\nTYPE F F F\nPOINTS -1\nDATA ascii\n"), "POINTS is no number");
   names(ascii("x y z", "SIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA hex\n"), "none of ascii");
   names("VERSION 7\n", "the version of the format");

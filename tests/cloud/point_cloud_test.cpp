@@ -214,7 +214,8 @@ TEST_CASE("attributes are found by name and type") {
   CHECK_THROWS_WITH_AS((void)cloud.attribute_as<float>("none"),
                        "the cloud has no attribute \"none\"", invalid_input);
   CHECK_THROWS_WITH_AS((void)cloud.attribute_as<float>("label"),
-                       "the attribute \"label\" has another type", invalid_input);
+                       "the attribute \"label\" holds int32, and float was asked for",
+                       invalid_input);
   CHECK_THROWS_AS(cloud.set_attribute("label", std::vector<float>(2)), invalid_input);
   CHECK(cloud.attribute_as<std::int32_t>("label").size() == 3);
 }

@@ -82,8 +82,11 @@ TEST_CASE("the darkest colors are not taken for pure ones when they are spelled 
   CHECK(read_text<float>(folder / "a.xyz") == cloud);
 }
 
-TEST_CASE("a PTS file is read up to its count, and no further") {
-  CHECK(read("2\n1 2 3\n4 5 6\n7 8 9\n").size() == 2);
+TEST_CASE("a PTS file is read up to its count, and says if it goes on") {
+  const auto longer = read("2\n1 2 3\n4 5 6\n7 8 9\n");
+  CHECK(longer.size() == 2);
+  CHECK(longer.comments ==
+        std::vector<std::string>{"the file goes on after the 2 points that it says it has"});
   CHECK(message_of("3\n1 2 3\n4 5 6\n")
             .find("line 3: the file ends after 2 points, and says it "
                   "has 3") != std::string::npos);

@@ -42,8 +42,10 @@ TEST_CASE_TEMPLATE(
 TEST_CASE("nothing of another size is put into a sized matrix") {
   const Eigen::MatrixXf rows = Eigen::MatrixXf::Random(50, 3), square = rows.topRows(3);
   sized<Eigen::Matrix3Xf> points;
-  CHECK_THROWS_WITH_AS(points = rows, "a matrix of 50 x 3 cannot be put into one of 3 x N",
-                       invalid_input);
+  CHECK_THROWS_WITH_AS(
+      points = rows,
+      "a matrix of 50 x 3 cannot be put into one of 3 x N: points are columns, so transpose it",
+      invalid_input);
   CHECK_THROWS_AS((sized<Eigen::Matrix3Xf>{rows}), invalid_input);
   points = rows.transpose();
   CHECK(points == rows.transpose());

@@ -53,7 +53,7 @@ TEST_CASE_TEMPLATE("angles are accurate from the smallest to half a turn", T, te
 TEST_CASE_TEMPLATE("normals are similar up to an angle, with or without regard to sign", T,
                    ALL_SPACES) {
   const auto normals = random_directions<T>(60, 2);
-  for (const double limit : {0.3, 1.2, 2.5, 4.0}) {
+  for (const double limit : {0.3, 1.2, 2.5, std::numbers::pi}) {
     const similar_normals similar{normals, limit};
     const similar_normals unsigned_similar{normals, limit, {.ignore_sign = true}};
     for (index_t i = 0; i < 60; ++i)
@@ -69,7 +69,7 @@ TEST_CASE("unknown normals are similar to nothing") {
   Eigen::Matrix3Xf normals = Eigen::Matrix3Xf::Zero(3, 3);
   normals.col(1) << 0, 0, 1;
   normals.col(2).setConstant(test::nan<float>);
-  const similar_normals similar{normals, 10};
+  const similar_normals similar{normals, 3.14};
   CHECK(similar(1, 1, 0));
   for (const index_t i : {0, 2})
     for (const index_t j : {0, 1, 2}) CHECK_FALSE(similar(i, j, 0));

@@ -37,8 +37,9 @@ void write(const convert_settings& settings, const Cloud& cloud) {
 
 /// Whether float holds every number to the bit.
 bool are_floats(const Eigen::Matrix3Xd& m) {
-  return m.unaryExpr([](double x) { return double(!(double(float(x)) != x) || std::isnan(x)); })
-             .sum() == double(m.size());
+  return m.unaryExpr([](double x) {
+            return double(!(double(float(x)) != x) || std::isnan(x));
+          }).sum() == double(m.size());
 }
 
 }  // namespace

@@ -260,8 +260,9 @@ TEST_CASE_TEMPLATE("the shipped estimators keep their contract, and a broken rul
   CHECK(check_covariance_estimator(minimum_covariance_determinant{}, points).empty());
   const auto violations = check_covariance_estimator(
       [&](points_view<S, D> all, std::span<const std::int32_t> some) {
-        auto found = moments<S, D>{std::ssize(some) + 1, point_vector<S, D>::Zero(T::dimension),
-                                   Eigen::Matrix<double, D, D>::Identity(T::dimension, T::dimension)};
+        auto found =
+            moments<S, D>{std::ssize(some) + 1, point_vector<S, D>::Zero(T::dimension),
+                          Eigen::Matrix<double, D, D>::Identity(T::dimension, T::dimension)};
         for (const auto i : some) found.mean += all[i];
         found.covariance(0, 1) = -1;
         return found;

@@ -14,7 +14,7 @@ using namespace cilantro;
 
 class label_searcher {
  public:
-  label_searcher(const point_cloud<double, 3>& target, const point_cloud<double, 3>& source,
+  label_searcher(const point_cloud<double, 3>& source, const point_cloud<double, 3>& target,
                  double max_distance)
       : source_{source.points},
         source_labels_{source.attribute_as<std::int32_t>("label")},
@@ -34,7 +34,7 @@ class label_searcher {
       const auto near = tree->second.nearest_two(transform * source_.col(s), max_distance_)[0];
       if (near.index < 0) continue;
       const auto& members = members_.at(tree->first);
-      out.push_back({members[std::size_t(near.index)], s, near.distance});
+      out.push_back({s, members[std::size_t(near.index)], near.distance});
     }
   }
 
@@ -55,7 +55,7 @@ int main() {
     return transform(cloud, frame.camera.to_world.inverse());
   };
   const auto target = scan_of(0), source = scan_of(2);
-  const label_searcher searcher{target, source, 0.3};
+  const label_searcher searcher{source, target, 0.3};
   const auto violations = check_correspondence_searcher(searcher, source, target,
                                                         std::vector{Eigen::Isometry3d::Identity()});
   for (const auto& violation : violations) std::cout << violation << '\n';

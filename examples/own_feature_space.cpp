@@ -12,7 +12,7 @@ using namespace cilantro;
 /// Vectors (x, y, z, weight · curvature).
 class bent_places {
  public:
-  bent_places(const point_cloud<double, 3>& target, const point_cloud<double, 3>& source,
+  bent_places(const point_cloud<double, 3>& source, const point_cloud<double, 3>& target,
               double weight)
       : source_{source.points},
         curvature_{source.attribute_as<double>("curvature")},
@@ -48,7 +48,7 @@ int main() {
            estimate_normals(knn{12});
   };
   const auto target = scan_of(0), source = scan_of(3);
-  const bent_places space{target, source, 2};
+  const bent_places space{source, target, 2};
   const auto violations = check_feature_space(space, Eigen::Isometry3d::Identity());
   for (const auto& violation : violations) std::cout << violation << '\n';
 

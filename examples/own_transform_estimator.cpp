@@ -13,8 +13,8 @@ using namespace cilantro;
 
 struct median_shift {
   using transform_type = Eigen::Isometry3d;
-  const Eigen::Matrix3Xd& target;
   const Eigen::Matrix3Xd& source;
+  const Eigen::Matrix3Xd& target;
 
   registration_step<Eigen::Isometry3d> estimate(
       const Eigen::Isometry3d& current, std::span<const correspondence<double>> pairs) const {
@@ -25,7 +25,7 @@ struct median_shift {
     std::vector<double> differences;
     for (int d = 0; d < 3; ++d) {
       differences.clear();
-      for (const auto& [t, s, distance] : pairs)
+      for (const auto& [s, t, distance] : pairs)
         differences.push_back(target(d, t) - (current * source.col(s))[d]);
       const auto middle = differences.begin() + std::ssize(differences) / 2;
       std::ranges::nth_element(differences, middle);
@@ -47,7 +47,7 @@ int main() {
   Eigen::Matrix3Xd source = target.colwise() - truth;
   source.leftCols(200).array() += 0.3;  // Two fifths have gone elsewhere.
 
-  const median_shift estimator{target, source};
+  const median_shift estimator{source, target};
   std::vector<correspondence<double>> pairs;
   for (int i = 0; i < 500; ++i) pairs.push_back({i, i, 0});
   const auto violations =

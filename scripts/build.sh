@@ -13,7 +13,7 @@ trap 'rm -f "$log"' EXIT
 
 # The quickstart can do without what only the tests need; a folder that has the tests keeps them.
 tests=OFF
-[[ $target =~ ^(all|cilantro_tests|fingerprint)$ ]] && [ "$preset" != benchmark ] && tests=ON
+[[ $target =~ ^(all|cilantro_tests|fingerprint|differential_answers)$ ]] && [ "$preset" != benchmark ] && tests=ON
 if [ $tests = ON ] || [ ! -e "build/$preset/build.ninja" ]; then
   cmake --preset "$preset" -DCILANTRO_BUILD_TESTS=$tests > "$log" 2>&1 ||
     { cat "$log" >&2; fail "configuring failed (see above): put right what CMake names, or remove build/$preset to start afresh."; }

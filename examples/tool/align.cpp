@@ -47,14 +47,7 @@ align_options<Eigen::Isometry3f> options_of(const align_settings& settings) {
   return options;
 }
 
-/// Between the coordinates of the files, where clouds have origins.
-Eigen::Matrix4d in_the_world(const Eigen::Isometry3f& found, const Eigen::Vector3d& origin) {
-  Eigen::Matrix4d matrix = found.matrix().cast<double>();
-  matrix.topRightCorner<3, 1>() += origin - matrix.topLeftCorner<3, 3>() * origin;
-  return matrix;
-}
-
-json describe(const icp_result<Eigen::Isometry3f>& found, const Eigen::Vector3d& origin) {
+json describe(const icp_result<Eigen::Isometry3f>& found, const point_cloud<float, 3>& target) {
   json description{{"transform", json::array()},
                    {"status", to_string(found.status)},
                    {"converged", found.converged()},
@@ -63,7 +56,7 @@ json describe(const icp_result<Eigen::Isometry3f>& found, const Eigen::Vector3d&
                    {"overlap", found.overlap},
                    {"rmse", found.rmse},
                    {"unobservable", json::array()}};
-  const Eigen::Matrix4d matrix = in_the_world(found.transform, origin);
+  const Eigen::Matrix4d matrix = in_the_world(found, target).matrix();
   for (const auto& row : matrix.rowwise())
     description["transform"].push_back({row[0], row[1], row[2], row[3]});
   const Eigen::MatrixXd twists = found.unobservable_directions();
@@ -90,7 +83,7 @@ void run(const align_settings& settings) {
     options.monitor = line.monitor();
     return align_to(source, target, options, &found);
   }();
-  const auto description = describe(found, target.origin);
+  const auto description = describe(found, target);
   if (settings.as_json)
     std::cout << description.dump(2) << '\n';
   else

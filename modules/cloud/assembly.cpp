@@ -30,7 +30,7 @@ namespace {
 using detail::number;
 
 // Such that no comment of anybody else is taken for it.
-constexpr std::string_view origin_keyword = "cilantro origin ";
+constexpr std::string_view origin_keyword = "cilantro origin ", size_keyword = "cilantro size ";
 
 }  // namespace
 
@@ -148,7 +148,8 @@ void cloud_builder<S, D>::store_column(std::size_t f, index_t first, index_t n, 
   }
 }
 
-/// The median, so that a point that strays does not take all others with it.
+/// The median, so that a point that strays does not take all others with it; of those that are far,
+/// if they are more than a tenth, so that what was not measured and is 0 does not hide them.
 template <Scalar S, int D>
 void cloud_builder<S, D>::choose_origin() {
   if (wide_.cols() == 0) return;  // A row of nothing cannot even be looked at.
@@ -161,15 +162,34 @@ void cloud_builder<S, D>::choose_origin() {
     for (const double value : wide_.row(d))
       if (std::isfinite(value)) finite.push_back(value);
     if (finite.empty()) continue;
-    const auto median = finite.begin() + std::ssize(finite) / 2;
-    std::ranges::nth_element(finite, median);
-    if (std::abs(*median) < far) continue;
+    const auto near = std::ranges::partition(finite, [](double v) { return std::abs(v) >= far; });
+    const std::span all_far{finite.begin(), near.begin()};
+    if (std::ssize(all_far) * 10 <= std::ssize(finite)) continue;
+    const auto median = all_far.begin() + std::ssize(all_far) / 2;
+    std::ranges::nth_element(all_far, median);
     middle[d] = std::round(*median);
-    is_rounded = is_rounded || !std::ranges::all_of(finite, [&](double value) {
-                   return std::abs(value) < far || is_exact(value);
-                 });
+    is_rounded =
+        is_rounded || !std::ranges::all_of(all_far, [&](double value) { return is_exact(value); });
   }
   if (is_rounded) cloud_.origin = middle;
+}
+
+/// Width and height, where a writer has noted them in a comment, which is removed.
+template <Scalar S, int D>
+void cloud_builder<S, D>::take_size(std::vector<std::string>& comments) {
+  const index_t count = is_wide_ ? wide_.cols() : cloud_.points.cols();
+  for (auto at = comments.begin(); at != comments.end(); ++at) {
+    if (!at->starts_with(size_keyword)) continue;
+    detail::word_reader words{std::string_view{*at}.substr(size_keyword.size())};
+    int width = 0, height = 0;
+    if (!detail::parse_number(words.next(), width) || !detail::parse_number(words.next(), height) ||
+        !words.done() || width < 1 || height < 1 || index_t{width} * height != count)
+      continue;
+    cloud_.width = width;
+    cloud_.height = height;
+    comments.erase(at);
+    return;
+  }
 }
 
 /// Whether S holds a value: to the bit, or if the file is a text, to the digits that it has.
@@ -197,15 +217,18 @@ void cloud_builder<S, D>::scale_colors() {
   float most = 0;
   for (const float c : cloud_.colors.reshaped())
     if (std::isfinite(c)) most = std::max(most, c);
-  if (most > 255)
+  // With room for rounding, which must not change the unit of a whole cloud.
+  if (most > 256)
     cloud_.colors /= 65535.0f;
-  else if (most > 1)
+  else if (most > 1.5f)
     cloud_.colors /= 255.0f;
+  if (most > 1) cloud_.colors = cloud_.colors.cwiseMin(1.0f);
 }
 
 template <Scalar S, int D>
 point_cloud<S, D> cloud_builder<S, D>::finish(std::vector<std::string> comments) {
   const auto noted = take_origin<D>(comments);
+  take_size(comments);
   cloud_.comments = std::move(comments);
   if (noted && origin_ == origin_policy::automatic)
     cloud_.origin = *noted;
@@ -253,6 +276,10 @@ std::string origin_comment(const point_vector<double, D>& origin) {
     if (d + 1 < D) text += ' ';
   }
   return text;
+}
+
+std::string size_comment(int width, int height) {
+  return std::string{size_keyword} + std::to_string(width) + ' ' + std::to_string(height);
 }
 
 template class cloud_builder<float, 2>;

@@ -115,6 +115,7 @@ class cloud_builder {
   void choose_origin();
   [[nodiscard]] bool is_exact(double value) const;
   void scale_colors();
+  void take_size(std::vector<std::string>& comments);
 
   std::vector<file_field> fields_;
   origin_policy origin_;
@@ -132,5 +133,7 @@ std::optional<point_vector<double, D>> take_origin(std::vector<std::string>& com
 /// The comment in which a writer notes the origin of a cloud.
 template <int D>
 std::string origin_comment(const point_vector<double, D>& origin);
+/// The comment in which a writer notes width and height, where the format has no place for them.
+std::string size_comment(int width, int height);
 
 }  // namespace cilantro

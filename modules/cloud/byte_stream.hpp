@@ -105,14 +105,15 @@ class byte_stream {
   static constexpr std::size_t piece = std::size_t{1} << 18;
 
   char first_line_end() {
-    for (std::size_t looked_at = 0;;) {
+    for (std::size_t looked_at = 0, before = 0;;) {
       const auto all = peek(looked_at + piece);
       const auto at = all.find_first_of("\r\n", looked_at);
       // One more byte tells whether a newline follows.
       if (at != all.npos && (all[at] == '\n' || at + 1 < all.size() || all.size() == remaining()))
         return all[at] == '\r' && (at + 1 == all.size() || all[at + 1] != '\n') ? '\r' : '\n';
       if (all.size() == remaining()) return '\n';
-      if (all.size() <= looked_at) fail_at_byte("the file became shorter while it was read");
+      if (all.size() <= before) fail_at_byte("the file became shorter while it was read");
+      before = all.size();
       looked_at = at == all.npos ? all.size() : at;
     }
   }

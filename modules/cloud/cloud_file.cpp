@@ -34,7 +34,7 @@ ending ending_of(const std::filesystem::path& path, const char* who) {
   if (name == ".npy") return ending::npy;
   if (name == ".bin") return ending::raw;
   throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
-                      known_cloud_files()};
+                      known_cloud_files() + "; .npy and .bin are read, too"};
 }
 
 /// The usual names of the columns of an array: coordinates, then an intensity, or others.

@@ -22,8 +22,9 @@ template <Scalar S>
 point_cloud<S, 3> closed_depth_cloud(const image<S>& depth, const pinhole_camera<S>& camera,
                                      const depth_cloud_options& options);
 
-/// What a depth image shows, as a cloud in world coordinates. By default pixels are millimetres in
-/// 16 bits; any `DepthConverter` may say otherwise. Throws as `unproject` does.
+/// What a depth image shows, as a cloud in world coordinates. By default integers are
+/// millimetres and floating pixels metres; any `DepthConverter` may say otherwise. Throws as
+/// `unproject` does.
 export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>
 [[nodiscard]] point_cloud<S, 3> cloud_from_depth(const I& depth, const pinhole_camera<S>& camera,
                                                  const depth_cloud_options& options = {},

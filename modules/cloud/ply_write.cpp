@@ -73,6 +73,7 @@ void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path
   const auto columns = ply_columns(cloud, options.float_colors);
   auto comments = cloud.comments;
   if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
+  if (cloud.is_organized()) comments.push_back(size_comment(cloud.width, cloud.height));
   const auto header = header_of(columns, comments, cloud.size(), options.format);
   with_output(path, [&](detail::output_file& file) {
     const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };

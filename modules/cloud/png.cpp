@@ -109,6 +109,20 @@ bool read_png_rows(const png_reader& reader, png_bytepp rows) {
   return true;
 }
 
+/// Rows of three bytes a pixel, whatever the file has: palettes and grey are spelled out, 16 bits
+/// rounded to 8, and transparency is left out.
+bool read_png_colors(const png_reader& reader, png_bytepp rows) {
+  if (setjmp(png_jmpbuf(reader.png))) return false;  // NOLINT
+  png_set_expand(reader.png);
+  png_set_scale_16(reader.png);
+  png_set_gray_to_rgb(reader.png);
+  png_set_strip_alpha(reader.png);
+  png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  png_read_image(reader.png, rows);
+  return true;
+}
+
 bool write_png_rows(const png_writer& writer, png_io& io, png_uint_32 width, png_uint_32 height,
                     int bits, int color_type, png_bytepp rows) {
   if (setjmp(png_jmpbuf(writer.png))) return false;  // NOLINT
@@ -128,6 +142,31 @@ std::vector<png_bytep> rows_of(image<T>& pixels) {
   for (int y = 0; y < pixels.height(); ++y)
     rows.push_back(reinterpret_cast<png_bytep>(&pixels(0, y)));
   return rows;
+}
+
+template <class T>
+image<T> read_image(const std::filesystem::path& path, bool (*read)(const png_reader&, png_bytepp),
+                    auto check) {
+  png_io io;
+  try {
+    detail::input_file file{path};
+    io.in = &file;
+    const png_reader reader{io};
+    if (!read_png_header(reader, io)) fail(path, "cannot be read", io);
+    check(reader);
+    const auto width = png_get_image_width(reader.png, reader.info);
+    const auto height = png_get_image_height(reader.png, reader.info);
+    // Deflate shrinks by at most 1032 to 1: a larger image than that cannot be in the file.
+    const std::uint64_t least = std::uint64_t{png_get_rowbytes(reader.png, reader.info)} * height;
+    if (least > file.size() * 1032)
+      throw io_error{path, "cannot be read: the file is too short for an image of its size"};
+    image<T> pixels(static_cast<int>(width), static_cast<int>(height));
+    auto rows = rows_of(pixels);
+    if (!read(reader, rows.data())) fail(path, "cannot be read", io);
+    return pixels;
+  } catch (const std::system_error& error) {
+    throw io_error{path, "cannot be read: " + error.code().message()};
+  }
 }
 
 template <class T>
@@ -153,27 +192,15 @@ void write_image(const image<T>& pixels, const std::filesystem::path& path, int 
 }  // namespace
 
 image<std::uint16_t> read_depth_png(const std::filesystem::path& path) {
-  png_io io;
-  try {
-    detail::input_file file{path};
-    io.in = &file;
-    const png_reader reader{io};
-    if (!read_png_header(reader, io)) fail(path, "cannot be read", io);
+  return read_image<std::uint16_t>(path, read_png_rows, [&](const png_reader& reader) {
     if (png_get_bit_depth(reader.png, reader.info) != 16 ||
         png_get_color_type(reader.png, reader.info) != PNG_COLOR_TYPE_GRAY)
       throw io_error{path, "is no depth image: it does not have one channel of 16 bits"};
-    const auto width = png_get_image_width(reader.png, reader.info);
-    const auto height = png_get_image_height(reader.png, reader.info);
-    // Deflate shrinks by at most 1032 to 1: a larger image than that cannot be in the file.
-    if (std::uint64_t{width} * height * 2 > file.size() * 1032)
-      throw io_error{path, "cannot be read: the file is too short for an image of its size"};
-    image<std::uint16_t> depth(static_cast<int>(width), static_cast<int>(height));
-    auto rows = rows_of(depth);
-    if (!read_png_rows(reader, rows.data())) fail(path, "cannot be read", io);
-    return depth;
-  } catch (const std::system_error& error) {
-    throw io_error{path, "cannot be read: " + error.code().message()};
-  }
+  });
+}
+
+image<rgb> read_color_png(const std::filesystem::path& path) {
+  return read_image<rgb>(path, read_png_colors, [](const png_reader&) {});
 }
 
 void write_png(const image<std::uint16_t>& depth, const std::filesystem::path& path) {

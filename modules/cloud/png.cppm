@@ -10,6 +10,11 @@ namespace cilantro {
 /// Throws `io_error` for anything else, and for a file that is missing, malformed or truncated.
 export [[nodiscard]] image<std::uint16_t> read_depth_png(const std::filesystem::path& path);
 
+/// Reads a picture: any PNG file, as 8 bits a channel. Grey becomes red, green and blue, 16 bits
+/// are rounded, and transparency is left out. Throws `io_error` for what is no PNG file, and for a
+/// file that is missing, malformed or truncated.
+export [[nodiscard]] image<rgb> read_color_png(const std::filesystem::path& path);
+
 /// Writes a depth image as a PNG file of one channel with 16 bits. The file appears when it is
 /// complete, as with `write_ply`. Throws `io_error`; `invalid_input` for an image without pixels.
 export void write_png(const image<std::uint16_t>& depth, const std::filesystem::path& path);

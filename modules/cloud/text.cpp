@@ -362,6 +362,7 @@ void write_text(const point_cloud<S, D>& cloud, const std::filesystem::path& pat
     if (is_space) {
       auto comments = cloud.comments;
       if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
+      if (cloud.is_organized()) comments.push_back(size_comment(cloud.width, cloud.height));
       for (std::string comment : comments) {
         std::ranges::replace_if(comment, [](char c) { return c == '\n' || c == '\r'; }, ' ');
         head += "# " + comment + '\n';

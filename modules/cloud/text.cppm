@@ -41,10 +41,11 @@ export struct text_write_options {
 ///
 /// Colours of whole numbers from 0 to 255 are read as such, those of only 0 and 1 if the columns
 /// are spelled out as red, green and blue; others are numbers in [0, 1], or if one of them is above
-/// 1, from 0 to 255. Attributes are of double. Memory beside the result: up to 16 bytes a number.
-/// Throws `io_error` with path and line for a line with another number of values than the first, a
-/// word that is no number (but in a column that is skipped), or fewer or more points than the count
-/// says; `invalid_input` if columns are named and x, y (and z) are not among them.
+/// 1, from 0 to 255 (beyond, to 65535). Attributes are of double. Memory beside the result: up to
+/// 16 bytes a number. Throws `io_error` with path and line for a line with another number of values
+/// than the first, a word that is no number (but in a column that is skipped), or fewer points than
+/// the count says (what comes after so many is not read, and a comment says so); `invalid_input` if
+/// columns are named and x, y (and z) are not among them.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_text(const std::filesystem::path& path,

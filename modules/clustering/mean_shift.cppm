@@ -82,6 +82,7 @@ template <Scalar S, int D, class SumAround>
     if (options.monitor.progress) options.monitor.progress(double(n - left) / double(n));
     if (step >= options.max_iterations) break;
   }
+  if (options.monitor.progress && !all.moving.empty()) options.monitor.progress(1);
   return all;
 }
 

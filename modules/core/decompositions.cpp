@@ -7,6 +7,7 @@ namespace cilantro {
 
 template <int D>
 symmetric_decomposition<D> decompose_symmetric(const Eigen::Matrix<double, D, D>& matrix) {
+  expects(matrix.rows() == matrix.cols(), "decompose_symmetric: the matrix must be square");
   if (matrix.size() == 0) return {point_vector<double, D>{matrix.rows()}, matrix};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>> solver{matrix};
   return {solver.eigenvalues(), solver.eigenvectors(), solver.info() == Eigen::Success};
@@ -21,14 +22,26 @@ singular_decomposition decompose_singular(const Eigen::MatrixXd& matrix) {
 }
 
 double determinant(const Eigen::MatrixXd& matrix) {
+  expects(matrix.rows() == matrix.cols(), "determinant: the matrix must be square");
   return matrix.determinant();
 }
+
+namespace {
+
+void expect_system(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right_sides,
+                   bool is_square) {
+  expects(matrix.rows() == right_sides.rows() && (!is_square || matrix.rows() == matrix.cols()),
+          "solve: matrix and right sides do not fit each other");
+}
+
+}  // namespace
 
 // Column by column, here and below: how Eigen cuts a solution for several into blocks depends on
 // the machine.
 
 std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& matrix,
                                      const Eigen::MatrixXd& right_sides) {
+  expect_system(matrix, right_sides, true);
   const Eigen::FullPivLU<Eigen::MatrixXd> factors{matrix};
   if (!factors.isInvertible()) return std::nullopt;
   Eigen::MatrixXd unknowns(matrix.cols(), right_sides.cols());
@@ -38,6 +51,7 @@ std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& matrix,
 }
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right_sides) {
+  expect_system(matrix, right_sides, true);
   const Eigen::LDLT<Eigen::MatrixXd> factors{matrix};
   Eigen::MatrixXd unknowns(matrix.cols(), right_sides.cols());
   for (index_t k = 0; k < right_sides.cols(); ++k)
@@ -47,6 +61,7 @@ Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::Matr
 
 least_squares_solution solve_least_squares(const Eigen::MatrixXd& matrix,
                                            const Eigen::MatrixXd& right_sides, double negligible) {
+  expect_system(matrix, right_sides, false);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors;
   factors.setThreshold(negligible);
   factors.compute(matrix);

@@ -51,7 +51,8 @@ export template <int D, class V>
 
 /// What can be put into a matrix of type M as far as types say.
 template <class V, class M>
-concept MatrixFitFor = EigenMatrix<V> && std::same_as<typename V::Scalar, typename M::Scalar> &&
+concept MatrixFitFor = std::derived_from<V, Eigen::DenseBase<V>> &&
+                       std::same_as<typename V::Scalar, typename M::Scalar> &&
                        (V::RowsAtCompileTime == dynamic || M::RowsAtCompileTime == dynamic ||
                         int(V::RowsAtCompileTime) == int(M::RowsAtCompileTime)) &&
                        (V::ColsAtCompileTime == dynamic || M::ColsAtCompileTime == dynamic ||
@@ -65,8 +66,14 @@ class sized : public M {
   sized() = default;
   sized(const M& matrix) : M(matrix) {}                 // NOLINT: conversions on purpose
   sized(M&& matrix) noexcept : M(std::move(matrix)) {}  // NOLINT
+  /// The entries of a vector of fixed size.
+  template <class... X>
+    requires(sizeof...(X) > 1 && M::ColsAtCompileTime == 1 &&
+             int(sizeof...(X)) == int(M::RowsAtCompileTime) &&
+             (std::convertible_to<X, typename M::Scalar> && ...))
+  sized(X... entries) : M(static_cast<typename M::Scalar>(entries)...) {}  // NOLINT
   template <MatrixFitFor<M> V>
-  sized(const Eigen::MatrixBase<V>& matrix)  // NOLINT
+  sized(const Eigen::DenseBase<V>& matrix)  // NOLINT
       : M(checked(matrix.derived())) {}
 
   sized& operator=(const M& matrix) {
@@ -78,7 +85,7 @@ class sized : public M {
     return *this;
   }
   template <MatrixFitFor<M> V>
-  sized& operator=(const Eigen::MatrixBase<V>& matrix) {
+  sized& operator=(const Eigen::DenseBase<V>& matrix) {
     M::operator=(checked(matrix.derived()));
     return *this;
   }

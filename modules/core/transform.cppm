@@ -59,9 +59,13 @@ class run_time_transform {
   /// First `b`, then `a`.
   [[nodiscard]] friend run_time_transform operator*(const run_time_transform& a,
                                                     const run_time_transform& b) {
+    expects(a.translation_.size() == b.translation_.size(),
+            "run_time_transform: the transforms differ in dimension");
     return {a.linear_ * b.linear_, a.linear_ * b.translation_ + a.translation_};
   }
   [[nodiscard]] friend vector_type operator*(const run_time_transform& t, const vector_type& p) {
+    expects(t.translation_.size() == p.size(),
+            "run_time_transform: transform and point differ in dimension");
     return t.linear_ * p + t.translation_;
   }
   /// Throws `invalid_input` if there is none.

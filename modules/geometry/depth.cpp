@@ -205,10 +205,10 @@ image<S> closed_depth_of(points_view<S, 3> points, const image<std::int32_t>& se
 }
 
 template <Scalar S>
-image<std::uint16_t> quantize_depth(const image<S>& depth, positive metres_per_unit) {
+image<std::uint16_t> quantize_depth(const image<S>& depth, positive units_per_metre) {
   image<std::uint16_t> stored(depth.width(), depth.height());
   for (std::size_t i = 0; i < stored.pixels().size(); ++i) {
-    const double units = std::floor(double(depth.pixels()[i]) / double(metres_per_unit) + 0.5);
+    const double units = std::floor(double(depth.pixels()[i]) * double(units_per_metre) + 0.5);
     if (units > 0 && units < std::numeric_limits<std::uint16_t>::max())
       stored.pixels()[i] = static_cast<std::uint16_t>(units);
   }

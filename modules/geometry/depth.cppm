@@ -163,7 +163,7 @@ export template <PointsSource P>
 /// too far to be stored.
 export template <Scalar S>
 [[nodiscard]] image<std::uint16_t> quantize_depth(const image<S>& depth,
-                                                  positive metres_per_unit = 0.001);
+                                                  positive units_per_metre = 1000);
 
 /// A picture of what belongs to the points that are seen: `value(i)` of point i, `background`
 /// where there is none.

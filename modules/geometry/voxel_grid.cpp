@@ -258,7 +258,11 @@ template <Scalar S, int D>
 point_groups closed_voxel_groups(points_view<S, D> points, const cell_layout<D>& layout,
                                  index_t min_points, const execution& how) {
   expects(min_points >= 0, "voxel_grid: min_points must not be negative");
-  return cell_sorter<S, D>{points, layout, how}.group(min_points);
+  // The range, the keys, two sorts and the groups; fewer where points are few.
+  const execution passes{how.threads, in_passes(how.monitor, 5)};
+  auto groups = cell_sorter<S, D>{points, layout, passes}.group(min_points);
+  if (how.monitor.progress) how.monitor.progress(1);
+  return groups;
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                          \

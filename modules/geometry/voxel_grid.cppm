@@ -142,7 +142,8 @@ class voxel_grid {
 
   /// The number of the cell with these integer coordinates; nothing if it is not there. O(log
   /// size()).
-  [[nodiscard]] std::optional<index_t> find_cell(const cell_type& wanted) const {
+  [[nodiscard]] std::optional<index_t> find_cell(const sized<cell_type>& wanted) const {
+    expect_coordinates(wanted.size(), points_.dimension());
     const auto before = [](const cell_type& a, const cell_type& b) {
       return std::lexicographical_compare(a.data(), a.data() + a.size(), b.data(),
                                           b.data() + b.size());

@@ -99,14 +99,18 @@ std::optional<cylinder_model> refine_cylinder(const gathered_points& data,
                                               const cylinder_limits& limits) {
   cylinder_model near = start;
   near.axis.point -= data.origin;
-  auto best = descend_from(data.points, near);
+  const auto allowed = [&](const descended<cylinder_model>& found) {
+    const auto& [axis, radius] = found.model;
+    return checked(data.origin + axis.point, axis.direction, radius, limits);
+  };
+  const auto first = descend_from(data.points, near);
   // The normals of two points may be those that deviate most.
   if (const auto other_start = cylinder_across(normals, data.points)) {
     const auto other = descend_from(data.points, *other_start);
-    if (other.sum < best.sum) best = other;
+    if (const auto better = allowed(other); better && (other.sum < first.sum || !allowed(first)))
+      return better;
   }
-  const auto& found = best.model;
-  return checked(data.origin + found.axis.point, found.axis.direction, found.radius, limits);
+  return allowed(first);
 }
 
 }  // namespace cilantro

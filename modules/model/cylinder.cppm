@@ -66,21 +66,37 @@ class cylinder_family {
   [[nodiscard]] index_t sample_size() const { return 2; }
   [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
     if (indices.size() < 2) return std::nullopt;
-    const index_t first = indices.front();
-    index_t other = indices[1];
-    // The widest angle to the first of a few that are spread over all of them.
-    const std::size_t stride = std::max<std::size_t>(1, indices.size() / 64);
-    for (std::size_t k = 1; k < indices.size(); k += stride)
-      if (cosine(first, indices[k]) < cosine(first, other)) other = indices[k];
+    index_t first = indices[0], other = indices[1];
+    if (indices.size() > 2) {
+      // The widest angle to the first of a few that are spread over all of them; an unknown normal
+      // has none.
+      const std::size_t stride = std::max<std::size_t>(1, indices.size() / 64);
+      index_t known = -1;
+      other = -1;
+      for (std::size_t k = 0; k < indices.size(); k += stride) {
+        const index_t i = indices[k];
+        if (!is_finite(normals_[i]) || normals_[i].isZero(0)) continue;
+        if (known < 0)
+          known = i;
+        else if (other < 0 || cosine(known, i) < cosine(known, other))
+          other = i;
+      }
+      if (other < 0) return std::nullopt;
+      first = known;
+    }
     const auto start =
         cylinder_of(points_[first].template cast<double>(), normals_[first].template cast<double>(),
                     points_[other].template cast<double>(), normals_[other].template cast<double>(),
                     indices.size() == 2 ? limits_ : cylinder_limits{});
     if (!start || indices.size() == 2) return start;
     const auto data = gather_points<S, 3>(points_, indices);
-    const auto directions = gather_points<S, 3>(normals_, indices);
-    if (!data || !directions) return std::nullopt;
-    const Eigen::MatrixXd normals = directions->points.colwise() + directions->origin;
+    if (!data) return std::nullopt;
+    Eigen::MatrixXd normals(3, std::ssize(indices));
+    for (index_t k = 0; k < normals.cols(); ++k) {
+      const auto normal = normals_[indices[static_cast<std::size_t>(k)]];
+      normals.col(k) = is_finite(normal) ? normal.template cast<double>().eval()
+                                         : Eigen::Vector3d::Zero().eval();
+    }
     return refine_cylinder(*data, normals, *start, limits_);
   }
   [[nodiscard]] double residual(const model_type& model, index_t i) const {
@@ -89,7 +105,7 @@ class cylinder_family {
 
  private:
   [[nodiscard]] S cosine(index_t i, index_t j) const {
-    return std::abs(normals_[i].dot(normals_[j]));
+    return std::abs(normals_[i].dot(normals_[j])) / (normals_[i].norm() * normals_[j].norm());
   }
 
   points_view<S, 3> points_, normals_;

@@ -10,8 +10,8 @@ module cilantro.model;
 namespace cilantro {
 
 std::optional<transform_parts> fit_transform(transform_kind kind,
-                                             const std::optional<gathered_points>& target,
                                              const std::optional<gathered_points>& source,
+                                             const std::optional<gathered_points>& target,
                                              double negligible) {
   if (!target || !source || source->points.cols() == 0) return std::nullopt;
   const index_t d = source->points.rows();
@@ -46,9 +46,9 @@ std::optional<transform_parts> fit_transform(transform_kind kind,
 }
 
 template <Scalar S, int D>
-double pair_distance(points_view<S, D> target, points_view<S, D> source,
+double pair_distance(points_view<S, D> source, points_view<S, D> target,
                      const Eigen::Matrix<S, D, D>& linear, const point_vector<S, D>& translation,
-                     index_t t, index_t s) {
+                     index_t s, index_t t) {
   double sum = 0;
   const auto onto = target[t], moving = source[s];
   for (index_t i = 0; i < source.dimension(); ++i) {

@@ -22,13 +22,13 @@ struct transform_parts {
 };
 /// Of least squares; nothing where the source does not determine it.
 [[nodiscard]] std::optional<transform_parts> fit_transform(
-    transform_kind kind, const std::optional<gathered_points>& target,
-    const std::optional<gathered_points>& source, double negligible);
+    transform_kind kind, const std::optional<gathered_points>& source,
+    const std::optional<gathered_points>& target, double negligible);
 
 template <Scalar S, int D>
-double pair_distance(points_view<S, D> target, points_view<S, D> source,
+double pair_distance(points_view<S, D> source, points_view<S, D> target,
                      const Eigen::Matrix<S, D, D>& linear, const point_vector<S, D>& translation,
-                     index_t t, index_t s);
+                     index_t s, index_t t);
 
 /// Transforms that map the source point of each pair to its target point, in any dimension. A
 /// sample is as many pairs as determine one: Dim of a rigid or similar one (in 1D a rigid one: 1, a
@@ -72,16 +72,16 @@ class transform_family {
   }
   [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
     const auto found = fit_transform(
-        Kind, gather_points<S, closed>(target_, chosen(targets_, indices)),
-        gather_points<S, closed>(source_, chosen(sources_, indices)), negligible_ratio<S>);
+        Kind, gather_points<S, closed>(source_, chosen(sources_, indices)),
+        gather_points<S, closed>(target_, chosen(targets_, indices)), negligible_ratio<S>);
     if (!found) return std::nullopt;
     return make_transform<model_type>(found->linear, found->translation);
   }
   [[nodiscard]] double residual(const model_type& model, index_t i) const {
     const auto at = static_cast<std::size_t>(i);
-    return pair_distance<S, closed>(target_, source_, model.linear(), model.translation(),
-                                    targets_.empty() ? i : targets_[at],
-                                    sources_.empty() ? i : sources_[at]);
+    return pair_distance<S, closed>(source_, target_, model.linear(), model.translation(),
+                                    sources_.empty() ? i : sources_[at],
+                                    targets_.empty() ? i : targets_[at]);
   }
 
  private:

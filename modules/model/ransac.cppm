@@ -338,7 +338,7 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
   const execution how{options_.threads, {{}, options_.monitor.stop}};
   candidate best;
   index_t iteration = 0;
-  double needed = double(options_.max_iterations);
+  double needed = double(options_.max_iterations), reported = 0;
   std::array<candidate, most_samples_ahead> next;
   while (double(iteration) < needed) {
     // As many as were needed so far: whoever needs few does not pay for many.
@@ -361,9 +361,11 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
                         samples_needed(options_.confidence,
                                        double(best.score.inliers) / double(data), sample_size));
     }
-    if (options_.monitor.progress)
-      options_.monitor.progress(std::min(1.0, double(iteration) / std::max(needed, 1.0)));
+    // A better model may agree with fewer data, and more samples be needed than it seemed.
+    reported = std::max(reported, std::min(1.0, double(iteration) / std::max(needed, 1.0)));
+    if (options_.monitor.progress && reported < 1) options_.monitor.progress(reported);
   }
+  if (options_.monitor.progress) options_.monitor.progress(1);
   if (!best.model) return std::nullopt;
   return finish(std::move(best), iteration);
 }
@@ -388,7 +390,9 @@ export template <RansacModel F>
 [[nodiscard]] auto sequential_ransac(const F& family, index_t count, const ransac_options& options)
     -> std::vector<ransac_result<typename F::model_type>> {
   expects(count >= 0, "sequential_ransac: the count must not be negative");
-  ransac_search<F> search{family, options};
+  ransac_options each = options;
+  each.monitor = in_passes(options.monitor, static_cast<int>(std::min<index_t>(count, 1 << 20)));
+  ransac_search<F> search{family, each};
   std::vector<ransac_result<typename F::model_type>> found;
   while (std::ssize(found) < count) {
     auto next = search.find(found.size());
@@ -396,6 +400,7 @@ export template <RansacModel F>
     search.remove(next->inliers);
     found.push_back(*std::move(next));
   }
+  if (options.monitor.progress) options.monitor.progress(1);
   return found;
 }
 

@@ -225,7 +225,8 @@ template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
   expects(is_finite(start.linear().reshaped()) && is_finite(start.translation()),
           "align: the initial transform must be finite");
   if constexpr (std::same_as<Model, rigid_motion>)
-    expects((start.linear() * start.linear().transpose()).isIdentity(S(1e-3)),
+    expects((start.linear() * start.linear().transpose()).isIdentity(S(1e-3)) &&
+                determinant(start.linear().template cast<double>()) > 0,
             "align: the initial transform must be rigid, and its linear part is no rotation");
 
   align_options<closed_type> closed{o.metric,     {},           o.max_distance, o.max_iterations,
@@ -257,7 +258,8 @@ template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
 /// runs `icp`; a few lines of the public parts do the same, to the bit.
 ///
 /// `align<affine_motion>(…)` finds an affine transform, and `align<my_motion>(…)` one of yours. Of
-/// clouds with different origins, coordinates are taken relative to the target's. Figures are of
+/// clouds with origins, coordinates are taken relative to the target's, and so is the transform:
+/// `in_the_world` and `align_to` take that into account. Figures are of
 /// the last scale, `iterations` counts all. Points that are not finite take no part. Throws
 /// `invalid_input` for options that make no sense, and points of different dimension. Bad data is
 /// no exception: its status says what is wrong.

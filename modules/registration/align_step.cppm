@@ -23,6 +23,21 @@ export class alignment_failed : public std::runtime_error {
   icp_status status_;
 };
 
+/// What an alignment found as a transform of the world, in double: where clouds have origins, the
+/// result's own is relative to the target's, and `transform(source, …)` would take it for another.
+/// `align_to` moves the cloud itself.
+export template <class T, Scalar S, int D>
+  requires std::same_as<T, rigid_transform<S, D>> || std::same_as<T, affine_transform<S, D>>
+[[nodiscard]] auto in_the_world(const icp_result<T>& found, const point_cloud<S, D>& target) {
+  using world =
+      std::conditional_t<RigidMap<T>, rigid_transform<double, D>, affine_transform<double, D>>;
+  const auto linear = found.transform.linear().template cast<double>().eval();
+  const point_vector<double, D> origin = target.full_origin();
+  return make_transform<world>(
+      linear,
+      (found.transform.translation().template cast<double>() + origin - linear * origin).eval());
+}
+
 /// The cloud moved onto `target`, and the target's origin. What has been found is written to
 /// `found` if that is given; the caller then decides what it is worth. Otherwise, throws
 /// `alignment_failed` if there were too few pairs or they do not determine the transform, and

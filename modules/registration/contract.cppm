@@ -40,7 +40,7 @@ export template <class S, SurfaceSource A, SurfaceSource B, class T>
   const auto moving = surface_in(source).points;
   const auto check = [&](const auto& pairs) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const auto& [t, s, distance] = pairs[i];
+      const auto& [s, t, distance] = pairs[i];
       const bool in_range = 0 <= t && t < onto.size() && 0 <= s && s < moving.size();
       violations.expect(in_range, "an index is out of range");
       if (!in_range) continue;

@@ -9,7 +9,7 @@ namespace cilantro {
 /// A point of the target and a point of the source that are taken to be the same place.
 export template <Scalar S>
 struct correspondence {
-  std::int32_t target = 0, source = 0;  ///< Indices.
+  std::int32_t source = 0, target = 0;  ///< Indices.
   S distance = 0;                       ///< What the search compared by; not squared.
   friend bool operator==(const correspondence&, const correspondence&) = default;
 };

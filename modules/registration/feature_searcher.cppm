@@ -20,7 +20,7 @@ export struct same_distance {
 /// The nearest points in a `FeatureSpace`, under the same options as `nearest_neighbor_searcher`.
 ///
 /// Another judge may decide which pairs are accepted: a second `FeatureSpace` of the same points,
-/// or a `PairEvaluator` of target index, source index and distance. Pairs then have the distance
+/// or a `PairEvaluator` of source index, target index and distance. Pairs then have the distance
 /// that it says, and `max_distance` and all that follows apply to that.
 /// The target's tree is built once; the source's, for the other direction, in every search, since
 /// features may move in any way. Keeps a copy of space and judge.
@@ -62,8 +62,8 @@ class feature_searcher {
         for (index_t s = begin; s < end; ++s) {
           move(s, feature.data());
           const auto [t, distance] = tree_.nearest_two(feature)[0];
-          out[static_cast<std::size_t>(s)] = {static_cast<std::int32_t>(t),
-                                              static_cast<std::int32_t>(s), distance};
+          out[static_cast<std::size_t>(s)] = {static_cast<std::int32_t>(s),
+                                              static_cast<std::int32_t>(t), distance};
         }
       });
     }
@@ -74,8 +74,8 @@ class feature_searcher {
       correspondences<scalar> back(static_cast<std::size_t>(target.size()));
       parallel_for(target.size(), how(), [&](index_t t) {
         const auto [s, distance] = tree.nearest_two(target[t])[0];
-        back[static_cast<std::size_t>(t)] = {static_cast<std::int32_t>(t),
-                                             static_cast<std::int32_t>(s), distance};
+        back[static_cast<std::size_t>(t)] = {static_cast<std::int32_t>(s),
+                                             static_cast<std::int32_t>(t), distance};
       });
       merge(out, back, forward);
     }
@@ -122,7 +122,7 @@ class feature_searcher {
       parallel_for(std::ssize(pairs), how(), [&](index_t i) {
         auto& pair = pairs[static_cast<std::size_t>(i)];
         pair.distance = static_cast<scalar>(
-            evaluate_pair<scalar>(judge_, pair.target, pair.source, pair.distance));
+            evaluate_pair<scalar>(judge_, pair.source, pair.target, pair.distance));
       });
     }
   }

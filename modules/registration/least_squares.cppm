@@ -55,12 +55,12 @@ void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
               const matched_pair<D>& pair, double distance, const point_vector<double, D>& center) {
   using vector = point_vector<double, D>;
   weight *=
-      double(evaluate_pair<double>(pair_weight, pair.target_index, pair.source_index, distance));
+      double(evaluate_pair<double>(pair_weight, pair.source_index, pair.target_index, distance));
   if constexpr (!std::same_as<Kernel, unit_weight>) {
     double square = 0;
     term(pair, [&](double value, const vector&, const auto&...) { square += value * value; });
     weight *= double(
-        evaluate_pair<double>(robust, pair.target_index, pair.source_index, std::sqrt(square)));
+        evaluate_pair<double>(robust, pair.source_index, pair.target_index, std::sqrt(square)));
   }
   if (!(weight > 0)) return;
   double largest_gradient = -1;
@@ -82,14 +82,14 @@ void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
 /// The pair as the terms of a metric see it.
 template <bool SourceNormals, bool TargetNormals, Scalar S, int D>
 [[nodiscard]] matched_pair<D> pair_in(const registered_surfaces<S, D>& surfaces,
-                                      const double_map<D>& current, index_t t, index_t s) {
+                                      const double_map<D>& current, index_t s, index_t t) {
   using vector = point_vector<double, D>;
   matched_pair<D> pair{current(surfaces.source.points[s]),
                        surfaces.target.points[t].template cast<double>(),
                        vector::Zero(surfaces.dimension),
                        vector::Zero(surfaces.dimension),
-                       t,
-                       s};
+                       s,
+                       t};
   if constexpr (TargetNormals)
     pair.target_normal = surfaces.target.normals[t].template cast<double>();
   if constexpr (SourceNormals) {
@@ -117,9 +117,9 @@ template <Scalar S, int D, class Metric, Parameterization Model>
   const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
   const equation_sums<D, unknowns_of<Model, D>> zero{dimension, Model::unknowns(dimension)};
   return ordered_sum(std::ssize(pairs), how, zero, [&](auto& sums, index_t i) {
-    const auto& [t, s, distance] = pairs[static_cast<std::size_t>(i)];
+    const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
     const auto pair = pair_in<needs_source_normals<Metric>, needs_target_normals<Metric>>(
-        surfaces, current, t, s);
+        surfaces, current, s, t);
     const double square = (pair.point - pair.target).squaredNorm();
     if (!std::isfinite(square)) return;
     ++sums.pairs;
@@ -214,9 +214,9 @@ class least_squares_estimator {
     const double_map<C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
-      const auto& [t, s, distance] = pairs[static_cast<std::size_t>(i)];
+      const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
       const auto pair = pair_in<needs_source_normals<Metric>, needs_target_normals<Metric>>(
-          surfaces_, current, t, s);
+          surfaces_, current, s, t);
       double square = 0, last = 0;
       int rows = 0;
       const auto look = [&](const auto& part) {

@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 module cilantro.registration;
@@ -30,16 +31,22 @@ Eigen::MatrixXd skew(const Eigen::VectorXd& unknowns, index_t d) {
 }  // namespace
 
 motion_step rigid_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
+  expects(unknowns.size() == rigid_motion::unknowns(d),
+          "rigid_motion: there must be as many unknowns as the dimension asks for");
   const auto identity = Eigen::MatrixXd::Identity(d, d);
   const Eigen::MatrixXd half = skew(unknowns, d) / 2;
   // y' − y = A (y + y') / 2 + v. The matrix can always be inverted, since A is skew.
   Eigen::MatrixXd images(d, d + 1);
   images << identity + half, unknowns.tail(d);
-  const Eigen::MatrixXd moved = *solve(identity - half, images);
-  return {moved.leftCols(d), moved.col(d)};
+  const auto moved = solve(identity - half, images);
+  if (moved) return {moved->leftCols(d), moved->col(d)};
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  return {Eigen::MatrixXd::Constant(d, d, nan), Eigen::VectorXd::Constant(d, nan)};
 }
 
 motion_step affine_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
+  expects(unknowns.size() == affine_motion::unknowns(d),
+          "affine_motion: there must be as many unknowns as the dimension asks for");
   return {
       Eigen::MatrixXd::Identity(d, d) + Eigen::Map<const Eigen::MatrixXd>{unknowns.data(), d, d},
       unknowns.tail(d)};

@@ -173,8 +173,8 @@ void track(const kd_tree<S, D>& tree, points_view<S, D> points,
 }  // namespace
 
 template <Scalar S, int D>
-nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> target,
-                                                       points_view<S, D> source,
+nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> source,
+                                                       points_view<S, D> target,
                                                        const correspondence_options& options,
                                                        const task_monitor& monitor)
     : target_{target}, source_{source}, options_{options} {
@@ -182,11 +182,12 @@ nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> target,
   expects(target.empty() || source.empty() || target.dimension() == source.dimension(),
           "nearest_neighbor_searcher: target and source must have the same dimension");
   if (target.empty() || source.empty()) return;
-  const kd_tree_options how{.threads = options.threads, .monitor = monitor};
+  const kd_tree_options how{.threads = options.threads, .monitor = in_passes(monitor, 2)};
   if (D != dynamic || options.reciprocal || options.direction != search_direction::target_to_source)
     target_tree_.emplace(target, how);
   if (D != dynamic || options.reciprocal || options.direction != search_direction::source_to_target)
     source_tree_.emplace(source, how);
+  if (monitor.progress) monitor.progress(1);
 }
 
 template <Scalar S, int D>
@@ -228,7 +229,7 @@ void nearest_neighbor_engine<S, D>::find(const map_parts<S, D>& transform,
   const S limit = static_cast<S>(options_.max_distance);
   const auto pair_of = [&](std::int32_t t, std::int32_t s) {
     const S distance = (transform(source_[s]) - target_[t]).norm();
-    if (distance <= limit) out.push_back({t, s, distance});
+    if (distance <= limit) out.push_back({s, t, distance});
   };
   const auto partner_of = [](const tracked_queries<S>& found, index_t i) {
     return found.nearest[static_cast<std::size_t>(i)];
@@ -252,7 +253,7 @@ void nearest_neighbor_engine<S, D>::find(const map_parts<S, D>& transform,
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s); t >= 0) {
         const S distance = memory.sources.distances[static_cast<std::size_t>(s)];
-        if (distance <= limit) out.push_back({t, s, distance});
+        if (distance <= limit) out.push_back({s, t, distance});
       }
   }
   if (options_.direction != search_direction::source_to_target) {

@@ -51,7 +51,7 @@ struct nearest_neighbor_memory {
 template <Scalar S, int D>
 class nearest_neighbor_engine {
  public:
-  nearest_neighbor_engine(points_view<S, D> target, points_view<S, D> source,
+  nearest_neighbor_engine(points_view<S, D> source, points_view<S, D> target,
                           const correspondence_options& options, const task_monitor& monitor);
   void find(const map_parts<S, D>& transform, nearest_neighbor_memory<S>& memory,
             correspondences<S>& out) const;
@@ -83,8 +83,8 @@ class nearest_neighbor_searcher {
   template <BorrowedSurface T, BorrowedSurface P>
   nearest_neighbor_searcher(P&& source, T&& target, const correspondence_options& options = {},
                             const task_monitor& monitor = {})
-      : engine_{std::make_shared<const engine>(as_surface(std::forward<T>(target)).points,
-                                               as_surface(std::forward<P>(source)).points, options,
+      : engine_{std::make_shared<const engine>(as_surface(std::forward<P>(source)).points,
+                                               as_surface(std::forward<T>(target)).points, options,
                                                monitor)} {}
 
   /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a

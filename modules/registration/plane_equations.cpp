@@ -84,9 +84,9 @@ void sum_up(const plane_surfaces<S>& surfaces, const void* pairs, std::size_t pa
       std::int32_t indices[2];
       __builtin_memcpy(indices, pair, sizeof indices);
       if (i + 1 < size) pair += pair_size;
-      target.put(i, surfaces.target, indices[0]);
-      normals.put(i, surfaces.normals, indices[0]);
-      source.put(i, surfaces.source, indices[1]);
+      source.put(i, surfaces.source, indices[0]);
+      target.put(i, surfaces.target, indices[1]);
+      normals.put(i, surfaces.normals, indices[1]);
     }
     pair += pair_size;
     for (int i = 0; i < size; i += at_once) {

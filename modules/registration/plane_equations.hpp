@@ -33,7 +33,7 @@ struct plane_sums {
   double weight, squared_residual, squared_distance, pairs;
 };
 
-/// Pairs lie `pair_size` bytes apart, each beginning with its target index and its source index.
+/// Pairs lie `pair_size` bytes apart, each beginning with its source index and its target index.
 template <class S>
 using plane_equations = void(const plane_surfaces<S>& surfaces, const void* pairs,
                              std::size_t pair_size, std::ptrdiff_t count, plane_sums& out);

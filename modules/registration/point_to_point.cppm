@@ -40,14 +40,14 @@ template <Scalar S, int D, class Weight>
                                         const Weight& weight, const execution& how) {
   const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
   return ordered_sum(std::ssize(pairs), how, match_sums<D>{dimension}, [&](auto& sums, index_t i) {
-    const auto& [t, s, found_distance] = pairs[static_cast<std::size_t>(i)];
+    const auto& [s, t, found_distance] = pairs[static_cast<std::size_t>(i)];
     const point_vector<double, D> y = current(source.points[s]) - center;
     const point_vector<double, D> q = target.points[t].template cast<double>() - center;
     const double square = (y - q).squaredNorm();
     if (!std::isfinite(square)) return;
     ++sums.pairs;
     sums.squared_distance += square;
-    const double w = double(evaluate_pair<double>(weight, t, s, std::sqrt(square)));
+    const double w = double(evaluate_pair<double>(weight, s, t, std::sqrt(square)));
     if (!(w > 0)) return;
     sums.squared_residual += w * square;
     sums.add_place(w, 1, y);
@@ -75,7 +75,7 @@ template <class Model>
 /// 43, without scale), or affine by its normal equations. Never a reflection.
 ///
 /// What the pairs leave open, such as turning about the line on which all of them lie, stays as it
-/// is. `Weight` is a `PairEvaluator` of target index, source index, and the distance of the two
+/// is. `Weight` is a `PairEvaluator` of source index, target index, and the distance of the two
 /// under the current transform: a robust kernel may be given. Views target and source.
 export template <Scalar S, int D, class Model = rigid_motion,
                  PairEvaluator<double> Weight = unit_weight>
@@ -127,7 +127,7 @@ class point_to_point_estimator {
     const double_map<C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
-      const auto& [t, s, distance] = pairs[static_cast<std::size_t>(i)];
+      const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
       values[i] =
           (current(surfaces_.source.points[s]) - surfaces_.target.points[t].template cast<double>())
               .norm();

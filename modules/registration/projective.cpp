@@ -13,7 +13,7 @@ void projective_searcher<S>::find(const map_parts<S, 3>& transform, corresponden
   out.resize(static_cast<std::size_t>(source_.size()));
   parallel_for(source_.size(), {.threads = options_.threads}, [&](index_t s) {
     auto& pair = out[static_cast<std::size_t>(s)];
-    pair = {-1, static_cast<std::int32_t>(s), 0};
+    pair = {static_cast<std::int32_t>(s), -1, 0};
     const point_vector<S, 3> p = transform(source_[s]);
     const point_vector<S, 3> ahead = to_camera * p;
     if (!(ahead.z() > 0)) return;

@@ -16,7 +16,7 @@ struct matched_pair {
   vector target;         ///< Its partner.
   vector normal;         ///< The source normal, moved; zero if unknown or not asked for.
   vector target_normal;  ///< Zero if unknown or not asked for.
-  index_t target_index, source_index;
+  index_t source_index, target_index;
 };
 
 /// Receives the rows of a residual: `emit(value, gradient)`, where the gradient is the derivative
@@ -124,7 +124,7 @@ export struct generalized_icp {
   }
 };
 
-/// A term with weights: a factor, a `PairEvaluator` of target index, source index and the distance
+/// A term with weights: a factor, a `PairEvaluator` of source index, target index and the distance
 /// that the search found, and a robust kernel of the residual's length, which makes the solution
 /// one of iteratively reweighted least squares: `weighted_term{point_to_plane{}, 1, {},
 /// huber{0.01}}`.

@@ -45,12 +45,14 @@ export template <NeighborSearcher T, PointsSource P>
                                   const graph_options& options = {}) {
   expects(points_in(points).size() == index_t(searcher.size()),
           "neighbor_graph: searcher and points must have the same size");
-  const execution how{options.threads, options.monitor};
+  graph_options after = options;
+  after.monitor = in_passes(options.monitor, 2);
+  const execution how{options.threads, after.monitor};
   if (options.self || !spec.is_count_limited())
-    return neighbor_graph(find_neighborhoods(searcher, points, spec, how), options);
+    return neighbor_graph(find_neighborhoods(searcher, points, spec, how), after);
   const knn_in_radius one_more{spec.max_count() + 1, spec.max_distance()};
   return neighbor_graph(
-      without_self(find_neighborhoods(searcher, points, one_more, how), spec.max_count()), options);
+      without_self(find_neighborhoods(searcher, points, one_more, how), spec.max_count()), after);
 }
 
 /// As above, through a kd-tree.

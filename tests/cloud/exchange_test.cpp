@@ -122,6 +122,8 @@ TEST_CASE("floating colours above 1 are from 0 to 255, and what cannot be writte
         Eigen::Vector3f{0.5f, 0.25f, 1});
   CHECK(read("x y z red green blue\n1 2 3 127.5 0 255\n").colors.col(0) ==
         Eigen::Vector3f{0.5f, 0, 1});
+  CHECK(read("x y z red green blue\n1 2 3 1.0000005 0 0.5\n").colors.col(0) ==
+        Eigen::Vector3f{1, 0, 0.5f});
   point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf::Zero(3, 2)};
   for (const float wrong : {128.0f, -0.5f, test::nan<float>}) {
     cloud.colors = Eigen::Matrix3Xf::Zero(3, 2);
@@ -172,6 +174,12 @@ TEST_CASE("floats far from zero keep their bits in text, and doubles there their
     write_cloud(far, folder / file);
     CHECK(read_cloud<float>(folder / file) == far);
   }
+  // Half of the points were not measured.
+  const auto holes =
+      read<float>("0 0 0\n0 0 0\n500000.125 4600000.375 1\n500001.125 4600001.625 2\n0 0 0\n");
+  CHECK((holes.points.col(3).cast<double>() + holes.full_origin()) ==
+        Eigen::Vector3d{500001.125, 4600001.625, 2});
+  CHECK((holes.points.col(0).cast<double>() + holes.full_origin()).isZero(0));
   const auto map = read<float>("500000.125 4600000.375 1\n500001.125 4600001.625 2\n");
   CHECK(map.has_origin());
   CHECK((map.points.cast<double>().colwise() + map.full_origin()).col(0) ==
@@ -245,4 +253,18 @@ TEST_CASE("attributes are set from any numbers, and read as any type that holds 
   std::ostringstream out;
   out << cloud;
   CHECK(out.str() == "3 points in 3D, label (int32), weight (float), mask (uint8)");
+}
+
+TEST_CASE("width and height survive every format that has comments") {
+  const test::temporary_folder folder;
+  const point_cloud<float, 3> cloud{
+      .points = test::random_points<test::f3>(6), .width = 3, .height = 2};
+  for (const std::string file : {"w.ply", "w.pcd", "w.xyz"}) {
+    write_cloud(cloud, folder / file);
+    CHECK(read_cloud<float>(folder / file) == cloud);
+  }
+  // What does not fit the points is a comment like others.
+  point_cloud<float, 3> odd{.points = cloud.points, .comments = {"cilantro size 4 2"}};
+  write_cloud(odd, folder / "w.ply");
+  CHECK(read_cloud<float>(folder / "w.ply") == odd);
 }

@@ -92,3 +92,19 @@ TEST_CASE("what is not there or is no PNG file is refused with its name") {
   CHECK_THROWS_AS(write_png(some_depth(), folder / "no/depth.png"), io_error);
   CHECK(folder.count() == 1);
 }
+
+TEST_CASE("pictures of every kind are read as red, green and blue") {
+  const test::temporary_folder folder;
+  image<rgb> picture(5, 3);
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 5; ++x)
+      picture(x, y) = {std::uint8_t(50 * x), std::uint8_t(80 * y), std::uint8_t(x + y)};
+  write_png(picture, folder / "picture.png");
+  CHECK(read_color_png(folder / "picture.png") == picture);
+  write_png(image<std::uint16_t>(2, 2, 0xffff), folder / "grey.png");
+  CHECK(read_color_png(folder / "grey.png") == image<rgb>(2, 2, {255, 255, 255}));
+  CHECK_THROWS_AS((void)read_color_png(folder / "no.png"), io_error);
+  auto content = test::read_file(folder / "picture.png");
+  test::write_file(folder / "part.png", std::string_view{content}.substr(0, content.size() / 2));
+  CHECK_THROWS_AS((void)read_color_png(folder / "part.png"), io_error);
+}

@@ -206,7 +206,7 @@ TEST_CASE_TEMPLATE("frames of three sensors become points and the same frames ag
     const depth_scale scale{1 / sensor.metres_per_unit};
     const auto cloud = cloud_from_depth(depth, sensor.camera, {}, scale);
     const auto back =
-        quantize_depth(project_depth(cloud.points, sensor.camera), sensor.metres_per_unit);
+        quantize_depth(project_depth(cloud.points, sensor.camera), 1 / sensor.metres_per_unit);
     // What says nothing is stored in two ways, and comes back in one.
     for (auto& value : depth.pixels())
       if (value == 65535) value = 0;

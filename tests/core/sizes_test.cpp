@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cstdint>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -134,4 +135,26 @@ TEST_CASE_TEMPLATE(
 
   const point_cloud<T, 1> cloud{.points = points};
   CHECK(transform(cloud, move).points == row{points.array() + 2});
+}
+
+TEST_CASE("arrays are checked like matrices, and so are run-time transforms and cells") {
+  const Eigen::ArrayXXf two(2, 100), five(5, 3);
+  point_cloud<float, 3> cloud;
+  CHECK_THROWS_AS(cloud.points = two, invalid_input);
+  CHECK_THROWS_AS(cloud.points = five, invalid_input);
+  cloud.points = Eigen::ArrayXXf::Ones(3, 4);
+  CHECK(cloud.points == Eigen::Matrix3Xf::Ones(3, 4));
+  const auto here = run_time_transform<double, Eigen::Isometry>::Identity(3);
+  CHECK_THROWS_AS((void)(here * Eigen::VectorXd::Ones(2).eval()), invalid_input);
+  CHECK_THROWS_AS((void)(here * run_time_transform<double, Eigen::Isometry>::Identity(2)),
+                  invalid_input);
+  const auto points = test::random_points<test::f3>(10);
+  const voxel_grid grid{points, 0.5};
+  CHECK_THROWS_AS((void)grid.find_cell(Eigen::VectorX<std::int64_t>::Zero(2).eval()),
+                  invalid_input);
+  CHECK_THROWS_AS((void)rigid_motion::step(Eigen::VectorXd::Zero(2), 3), invalid_input);
+  CHECK(!rigid_motion::step(Eigen::VectorXd::Constant(6, test::nan<double>), 3).linear.allFinite());
+  CHECK_THROWS_AS((void)solve(Eigen::MatrixXd::Identity(3, 3), Eigen::MatrixXd::Ones(2, 1)),
+                  invalid_input);
+  CHECK_THROWS_AS((void)determinant(Eigen::MatrixXd::Ones(2, 3)), invalid_input);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // One call for all of it.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -155,7 +156,7 @@ TEST_CASE("each term of a metric may have its own pairs and weights") {
   const combined_metric metric{
       weighted_term{point_to_plane{}, 1},
       weighted_term{point_to_point{}, 0.5,
-                    [](index_t t, index_t s, double) { return t == s ? 1.0 : 0.0; }}};
+                    [](index_t s, index_t t, double) { return s == t ? 1.0 : 0.0; }}};
   const least_squares_estimator estimator{source, target, metric};
   const nearest_neighbor_searcher near{source, target, {.max_distance = 0.8}};
   const oracle_searcher known{source, target, {{5, 5, 0}, {6, 7, 0}}};
@@ -168,7 +169,7 @@ TEST_CASE("each term of a metric may have its own pairs and weights") {
   correspondences<double> pairs;
   near.find(found.transform, pairs);
   double squares = 0, weight = 0;
-  for (const auto& [t, s, distance] : pairs) {
+  for (const auto& [s, t, distance] : pairs) {
     const double r =
         (found.transform * source.points.col(s) - target.points.col(t)).dot(target.normals.col(t));
     squares += r * r;
@@ -333,4 +334,49 @@ TEST_CASE("generalized ICP moves on where normals disagree by a radian") {
       CHECK(found.undetermined == 0);
       CHECK(test::difference(found.transform, unlimited.transform) < 1e-9);
     }
+}
+
+TEST_CASE("what is found of clouds with origins is a transform of the world, too") {
+  const auto surface = test::bumpy_surface<test::d3>(800, 1);
+  const Eigen::Vector3d origin{500000, 4600000, 100};
+  point_cloud<double, 3> target = surface, source = surface;
+  target.origin = origin;
+  source.origin = origin;
+  source =
+      transform(source, Eigen::Isometry3d{Eigen::Translation3d{origin} *
+                                          test::inverse(test::random_rigid<test::d3>(1, 0.1, 0.1)) *
+                                          Eigen::Translation3d{-origin}});
+  const auto found = align(source, target, {.max_distance = 0.5, .max_iterations = 60});
+  REQUIRE(found.converged());
+  const auto moved = transform(source, in_the_world(found, target));
+  const Eigen::Matrix3Xd off = (moved.points.colwise() + moved.full_origin()) -
+                               (target.points.colwise() + target.full_origin());
+  CHECK(off.cwiseAbs().maxCoeff() < 1e-5);
+}
+
+TEST_CASE("a start must be a finite rotation") {
+  const pair_of_scans<test::d3> scans;
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
+  const auto refused = [&] {
+    CHECK_THROWS_AS((void)align(scans.source, scans.target, {.initial = start}), invalid_input);
+    CHECK_THROWS_AS((void)evaluate(scans.source, scans.target, start), invalid_input);
+  };
+  start.linear()(2, 2) = -1;
+  refused();
+  start.linear().setZero();
+  refused();
+  start = Eigen::Isometry3d::Identity();
+  start.translation()[1] = test::nan<double>;
+  refused();
+}
+
+TEST_CASE("over several scales progress rises to 1") {
+  const pair_of_scans<test::d3> scans;
+  std::vector<double> seen;
+  (void)align(scans.source, scans.target,
+              {.scales = {{0.3, 1.0}, {0.1, 0.5}, {0, 0.3}},
+               .monitor = {[&](double share) { seen.push_back(share); }, {}}});
+  REQUIRE(!seen.empty());
+  CHECK(std::ranges::is_sorted(seen));
+  CHECK(seen.back() == 1);
 }

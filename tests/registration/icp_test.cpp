@@ -66,7 +66,7 @@ struct field_estimator {
       const shift_field& current, std::span<const correspondence<double>> pairs) const {
     registration_step<shift_field> step{current, {}, {}};
     step.fit.pairs = std::ssize(pairs);
-    for (const auto& [t, s, distance] : pairs) {
+    for (const auto& [s, t, distance] : pairs) {
       step.transform.shifts.col(s) += (target.col(t) - source.col(s) - current.shifts.col(s)) / 2;
       step.change.translation = std::max(step.change.translation, distance / 2);
     }
@@ -438,7 +438,7 @@ TEST_CASE("figures of a result are those of its transform, and any transform has
   double distances = 0, squares = 0;
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   for (index_t i = 0; i < fit.pairs; ++i) {
-    const auto& [t, s, distance] = all.pairs[std::size_t(i)];
+    const auto& [s, t, distance] = all.pairs[std::size_t(i)];
     const Eigen::Vector3d y = found.transform * source.points.col(s), n = target.normals.col(t);
     distances += (y - target.points.col(t)).squaredNorm();
     const double residual = (y - target.points.col(t)).dot(n);

@@ -312,7 +312,7 @@ TEST_CASE("another judge decides which pairs of a search are accepted, and at wh
   const auto identity = Eigen::Isometry3d::Identity();
   const point_features places{source.points, target.points};
   // Nearest in space, accepted by the angle between the normals.
-  const auto angle = [&](index_t t, index_t s, double) {
+  const auto angle = [&](index_t s, index_t t, double) {
     return angle_between(target.normals.col(t), source.normals.col(s));
   };
   const feature_searcher by_angle{places, {.max_distance = 0.1}, angle};
@@ -322,7 +322,7 @@ TEST_CASE("another judge decides which pairs of a search are accepted, and at wh
   CHECK(pairs.size() < all.size());
   for (const auto& p : pairs) CHECK(p.distance <= 0.1);
   CHECK(std::ranges::count_if(all, [&](const auto& p) {
-          return angle(p.target, p.source, 0) <= 0.1;
+          return angle(p.source, p.target, 0) <= 0.1;
         }) == std::ssize(pairs));
   // Nearest with normals, accepted in space.
   const feature_searcher by_place{

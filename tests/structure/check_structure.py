@@ -57,6 +57,10 @@ def violations_of(name, path, area, text):
             yield "is a table of contents and must hold nothing but `export import`"
         if re.search(r"^\s*#\s*pragma\s+omp", text, re.M):
             yield "holds an OpenMP pragma, which would force the flag on every importer"
+        for parameters in re.findall(r"\(([^();]*)\)", text):
+            names = [p.split("=")[0].split()[-1].lstrip("&*") for p in parameters.split(",") if p.split("=")[0].strip()]
+            if "source" in names and "target" in names and names.index("target") < names.index("source"):
+                yield f"names a target before a source: ({' '.join(parameters.split())})"
         for header in includes:
             allowed = HEADER_WRAPPERS.get(name)
             if not (allowed and re.fullmatch(allowed, header)) and header not in INTERFACE_HEADERS:

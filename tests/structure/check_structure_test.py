@@ -43,6 +43,11 @@ class CheckStructure(unittest.TestCase):
         self.expect("eigen.cppm", "module;\n#include <Eigen/LU>\nexport module cilantro.eigen;\n")
         self.expect("eigen.cppm", "module;\n#include <png.h>\nexport module cilantro.eigen;\n", "interfaces import")
 
+    def test_refuses_a_target_before_a_source(self):
+        declaration = "export module cilantro.search:a;\nvoid pair({});\n"
+        self.expect("search/a.cppm", declaration.format("const P& source, const Q& target, int n = 0"))
+        self.expect("search/a.cppm", declaration.format("const P& target,\n  const P& source = {}"), "target before a source")
+
     def test_refuses_headers_in_the_wrong_unit(self):
         self.expect("cloud/a.cpp", "module;\n#include <omp.h>\nmodule cilantro.cloud;\n", "alone")
         self.expect("cloud/a.cpp", "module;\n#include <Eigen/Dense>\nmodule cilantro.cloud;\n", "instead of importing")

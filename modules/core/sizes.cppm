@@ -66,12 +66,6 @@ class sized : public M {
   sized() = default;
   sized(const M& matrix) : M(matrix) {}                 // NOLINT: conversions on purpose
   sized(M&& matrix) noexcept : M(std::move(matrix)) {}  // NOLINT
-  /// The entries of a vector of fixed size.
-  template <class... X>
-    requires(sizeof...(X) > 1 && M::ColsAtCompileTime == 1 &&
-             int(sizeof...(X)) == int(M::RowsAtCompileTime) &&
-             (std::convertible_to<X, typename M::Scalar> && ...))
-  sized(X... entries) : M(static_cast<typename M::Scalar>(entries)...) {}  // NOLINT
   template <MatrixFitFor<M> V>
   sized(const Eigen::DenseBase<V>& matrix)  // NOLINT
       : M(checked(matrix.derived())) {}

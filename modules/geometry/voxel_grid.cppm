@@ -140,9 +140,9 @@ class voxel_grid {
     return corner(c) + layout_.edges / 2;
   }
 
-  /// The number of the cell with these integer coordinates; nothing if it is not there. O(log
-  /// size()).
-  [[nodiscard]] std::optional<index_t> find_cell(const sized<cell_type>& wanted) const {
+  /// The number of the cell with these integer coordinates; nothing if it is not there. Throws
+  /// `invalid_input` for another number of coordinates. O(log size()).
+  [[nodiscard]] std::optional<index_t> find_cell(const cell_type& wanted) const {
     expect_coordinates(wanted.size(), points_.dimension());
     const auto before = [](const cell_type& a, const cell_type& b) {
       return std::lexicographical_compare(a.data(), a.data() + a.size(), b.data(),
@@ -153,6 +153,11 @@ class voxel_grid {
         std::ranges::lower_bound(all, wanted, before, [&](index_t c) { return cell(c); });
     if (place == all.end() || cell(*place) != wanted) return std::nullopt;
     return *place;
+  }
+  template <class V>
+    requires(!std::same_as<V, cell_type> && std::same_as<typename V::Scalar, std::int64_t>)
+  [[nodiscard]] std::optional<index_t> find_cell(const Eigen::MatrixBase<V>& wanted) const {
+    return find_cell(cell_type{sized<cell_type>{wanted}});
   }
   /// The number of the cell that contains a place; nothing if it holds no point.
   [[nodiscard]] std::optional<index_t> find(const point_ref<S, D>& place) const {

@@ -173,7 +173,7 @@ TEST_CASE("a file is read and written by its ending, and an unknown one is refus
   CHECK_THROWS_AS(write_cloud(cloud, folder / "a.las"), invalid_input);
   CHECK_THROWS_WITH_AS((void)read_cloud<float>("a.las"),
                        "read_cloud: \"a.las\" does not end in .ply, .pcd, .xyz, .txt, .asc, .csv "
-                       "or .pts",
+                       "or .pts; .npy and .bin are read, too",
                        invalid_input);
   CHECK_THROWS_AS(write_text(cloud, folder / "b.txt", {.separator = 'x'}), invalid_input);
   CHECK_THROWS_AS((void)read_cloud<float>(folder / "missing.xyz"), io_error);

@@ -44,6 +44,7 @@ export template <PointsOrCloud P>
 [[nodiscard]] hdbscan_result hdbscan(const P& points, knn neighbors,
                                      const hdbscan_options& options = {},
                                      const execution& how = {}) {
+  (void)neighborhood_spec{neighbors};  // Which refuses what is no number of neighbours.
   const auto view = places_in(points);
   if (view.empty()) return {};
   const kd_tree tree{view, {.threads = how.threads}};

@@ -223,11 +223,11 @@ template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
   expects(index_t(start.translation().size()) == dimension,
           "align: initial transform and points must have the same dimension");
   expects(is_finite(start.linear().reshaped()) && is_finite(start.translation()),
-          "align: the initial transform must be finite");
+          "align, evaluate: the transform must be finite");
   if constexpr (std::same_as<Model, rigid_motion>)
     expects((start.linear() * start.linear().transpose()).isIdentity(S(1e-3)) &&
                 determinant(start.linear().template cast<double>()) > 0,
-            "align: the initial transform must be rigid, and its linear part is no rotation");
+            "align, evaluate: the transform must be rigid, and its linear part is no rotation");
 
   align_options<closed_type> closed{o.metric,     {},           o.max_distance, o.max_iterations,
                                     o.tolerance,  o.scales,     o.normals,      o.robust,

@@ -59,6 +59,22 @@ struct double_map {
   }
 };
 
+/// Throws `invalid_input` unless all pairs are of points of these surfaces: a searcher may have
+/// been made of others.
+template <Scalar S, int D>
+void expect_pairs_of(const registered_surfaces<S, D>& surfaces,
+                     std::span<const correspondence<S>> pairs) {
+  std::uint32_t last_source = 0, last_target = 0;  // What is negative is large.
+  for (const auto& pair : pairs) {
+    last_source = std::max(last_source, static_cast<std::uint32_t>(pair.source));
+    last_target = std::max(last_target, static_cast<std::uint32_t>(pair.target));
+  }
+  expects(pairs.empty() || (std::cmp_less(last_source, surfaces.source.points.size()) &&
+                            std::cmp_less(last_target, surfaces.target.points.size())),
+          "registration: a pair is not of the points of the estimator; searcher and estimator must "
+          "have the same source and target");
+}
+
 /// How many source points the pairs have, given that they are in order of source.
 template <Scalar S>
 [[nodiscard]] index_t count_sources(std::span<const correspondence<S>> pairs) {

@@ -211,6 +211,7 @@ class least_squares_estimator {
   /// sign where it has one row, otherwise its length. Of a combined metric, that of all its terms.
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
+    expect_pairs_of(surfaces_, pairs);
     const double_map<C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
@@ -252,6 +253,7 @@ class least_squares_estimator {
                               std::span<const correspondence<S>> pairs, const Part& part) const {
     expects(index_t(current.translation().size()) == surfaces_.dimension,
             "least_squares_estimator: transform and points must have the same dimension");
+    expect_pairs_of(surfaces_, pairs);
     return sum_equations<S, C, Part, Model>(surfaces_, double_map<C>{current}, pairs, part, model_,
                                             how_);
   }

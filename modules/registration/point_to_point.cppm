@@ -105,6 +105,7 @@ class point_to_point_estimator {
       const transform_type& current, std::span<const correspondence<S>> pairs) const {
     expects(index_t(current.translation().size()) == surfaces_.dimension,
             "point_to_point_estimator: transform and points must have the same dimension");
+    expect_pairs_of(surfaces_, pairs);
     const double_map<C> map{current};
     const match_sums<C> sums = sum_matches<S, C, Weight>(surfaces_, map, pairs, weight_, how_);
     const velocity_field velocities = velocities_of(model_, surfaces_.dimension);
@@ -124,6 +125,7 @@ class point_to_point_estimator {
   /// The distances of the pairs under a transform.
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
+    expect_pairs_of(surfaces_, pairs);
     const double_map<C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {

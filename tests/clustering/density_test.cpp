@@ -204,6 +204,7 @@ TEST_CASE("edges of one weight go at once: by hand, where no cluster remains") {
   mixed << 39, 49, 7, 25, 14, 52;
   const hdbscan_options pairs{.min_cluster_size = 2, .min_points = 3};
   CHECK(hdbscan(line, knn{6}, pairs).empty());
+  CHECK_THROWS_AS((void)hdbscan(line, knn{0}, pairs), invalid_input);
   CHECK(hdbscan(mixed, knn{6}, pairs).empty());
 }
 

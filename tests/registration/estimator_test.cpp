@@ -147,3 +147,20 @@ TEST_CASE(
   check(point_to_point_estimator{source, target}.estimate(here, pairs).fit);
   check(least_squares_estimator{source, target, point_to_point{}}.estimate(here, pairs).fit);
 }
+
+TEST_CASE("pairs of other points than the estimator's are refused") {
+  const auto target = test::bumpy_surface<test::d3>(300),
+             source = test::bumpy_surface<test::d3>(200, 2);
+  const auto few = select(target, [](index_t i) { return i < 10; });
+  const nearest_neighbor_searcher searcher{source, target, {.max_distance = 0.5}};
+  const auto start = Eigen::Isometry3d::Identity();
+  CHECK_THROWS_AS((void)(icp(searcher, least_squares_estimator{source, few}, start)),
+                  invalid_input);
+  CHECK_THROWS_AS((void)(icp(searcher, point_to_point_estimator{source, few}, start)),
+                  invalid_input);
+  CHECK_THROWS_AS((void)(icp(searcher, point_to_point_estimator{few, target}, start)),
+                  invalid_input);
+  const correspondences<double> negative{{-1, 0, 0}};
+  const point_to_point_estimator estimator{source, target};
+  CHECK_THROWS_AS((void)estimator.estimate(start, negative), invalid_input);
+}

@@ -209,10 +209,10 @@ bool cloud_builder<S, D>::is_exact(double value) const {
 /// Floating colours are from 0 to 1, or, if one of them is above 1, from 0 to 255, or to 65535.
 template <Scalar S, int D>
 void cloud_builder<S, D>::scale_colors() {
-  const bool are_floating = std::ranges::any_of(fields_, [&](const file_field& field) {
-    return targets_[static_cast<std::size_t>(&field - fields_.data())].to == kind::color &&
-           detail::is_floating(field.type);
-  });
+  bool are_floating = false;
+  for (std::size_t f = 0; f < fields_.size(); ++f)
+    are_floating =
+        are_floating || (targets_[f].to == kind::color && detail::is_floating(fields_[f].type));
   if (!are_floating) return;
   float most = 0;
   for (const float c : cloud_.colors.reshaped())

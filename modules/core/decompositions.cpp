@@ -34,29 +34,28 @@ void expect_system(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right_s
           "solve: matrix and right sides do not fit each other");
 }
 
-}  // namespace
+// Column by column: how Eigen cuts a solution for several into blocks depends on the machine.
+Eigen::MatrixXd solve_columns(const auto& factors, const Eigen::MatrixXd& right_sides) {
+  Eigen::MatrixXd unknowns(factors.cols(), right_sides.cols());
+  for (index_t k = 0; k < right_sides.cols(); ++k)
+    unknowns.col(k) = factors.solve(right_sides.col(k));
+  return unknowns;
+}
 
-// Column by column, here and below: how Eigen cuts a solution for several into blocks depends on
-// the machine.
+}  // namespace
 
 std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& matrix,
                                      const Eigen::MatrixXd& right_sides) {
   expect_system(matrix, right_sides, true);
   const Eigen::FullPivLU<Eigen::MatrixXd> factors{matrix};
   if (!factors.isInvertible()) return std::nullopt;
-  Eigen::MatrixXd unknowns(matrix.cols(), right_sides.cols());
-  for (index_t k = 0; k < right_sides.cols(); ++k)
-    unknowns.col(k) = factors.solve(right_sides.col(k));
-  return unknowns;
+  return solve_columns(factors, right_sides);
 }
 
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right_sides) {
   expect_system(matrix, right_sides, true);
   const Eigen::LDLT<Eigen::MatrixXd> factors{matrix};
-  Eigen::MatrixXd unknowns(matrix.cols(), right_sides.cols());
-  for (index_t k = 0; k < right_sides.cols(); ++k)
-    unknowns.col(k) = factors.solve(right_sides.col(k));
-  return unknowns;
+  return solve_columns(factors, right_sides);
 }
 
 least_squares_solution solve_least_squares(const Eigen::MatrixXd& matrix,
@@ -65,10 +64,7 @@ least_squares_solution solve_least_squares(const Eigen::MatrixXd& matrix,
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors;
   factors.setThreshold(negligible);
   factors.compute(matrix);
-  least_squares_solution found{{matrix.cols(), right_sides.cols()}, factors.rank()};
-  for (index_t k = 0; k < right_sides.cols(); ++k)
-    found.unknowns.col(k) = factors.solve(right_sides.col(k));
-  return found;
+  return {solve_columns(factors, right_sides), factors.rank()};
 }
 
 }  // namespace cilantro

@@ -35,8 +35,8 @@ export [[nodiscard]] double determinant(const Eigen::MatrixXd& matrix);
 /// inverse.
 export [[nodiscard]] std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& matrix,
                                                           const Eigen::MatrixXd& right_sides);
-/// The same for a symmetric matrix, positive or negative semidefinite; not finite if it is
-/// singular.
+/// The same for a symmetric matrix, positive or negative semidefinite; in directions that a
+/// singular one does not see, the solution is 0.
 export [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix,
                                                      const Eigen::MatrixXd& right_sides);
 

@@ -23,6 +23,7 @@ libc6-dev|the C library headers
 libstdc++-dev|the C++ standard library headers
 libeigen3-dev|Eigen, the linear algebra
 libpng-dev|libpng, for depth images and pictures
+libjpeg62-turbo-dev|libjpeg, for pictures
 liblzf-dev|liblzf, for compressed PCD files
 '
 packages_to_test='

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "commands.hpp"
@@ -36,18 +38,23 @@ struct align_settings {
   depth_settings depth;
 };
 
-align_options<Eigen::Isometry3f> options_of(const align_settings& settings) {
-  align_options<Eigen::Isometry3f> options{.metric = metrics.at(settings.metric),
-                                           .max_iterations = settings.iterations,
-                                           .scales = {{settings.voxel, settings.max_distance}},
-                                           .normals = knn{settings.normals},
-                                           .reciprocal = settings.reciprocal,
-                                           .threads = settings.threads};
+template <class S>
+using isometry = Eigen::Transform<S, 3, Eigen::Isometry>;
+
+template <class S>
+align_options<isometry<S>> options_of(const align_settings& settings) {
+  align_options<isometry<S>> options{.metric = metrics.at(settings.metric),
+                                     .max_iterations = settings.iterations,
+                                     .scales = {{settings.voxel, settings.max_distance}},
+                                     .normals = knn{settings.normals},
+                                     .reciprocal = settings.reciprocal,
+                                     .threads = settings.threads};
   if (settings.robust > 0) options.robust = huber{settings.robust};
   return options;
 }
 
-json describe(const icp_result<Eigen::Isometry3f>& found, const point_cloud<float, 3>& target) {
+template <class S>
+json describe(const icp_result<isometry<S>>& found, const point_cloud<S, 3>& target) {
   json description{{"transform", json::array()},
                    {"status", to_string(found.status)},
                    {"converged", found.converged()},
@@ -73,13 +80,13 @@ void print(const json& description) {
     if (key != "transform") std::cout << key << ": " << value.dump() << '\n';
 }
 
-void run(const align_settings& settings) {
-  const auto source = read_input(settings.source, settings.depth, settings.quiet).cloud;
-  const auto target = read_input(settings.target, settings.depth, settings.quiet).cloud;
-  icp_result<Eigen::Isometry3f> found;
+template <class S>
+void run(const align_settings& settings, const point_cloud<S, 3>& source,
+         const point_cloud<S, 3>& target) {
+  icp_result<isometry<S>> found;
   const auto aligned = [&] {
     progress_line line{"aligning", settings.quiet};
-    auto options = options_of(settings);
+    auto options = options_of<S>(settings);
     options.monitor = line.monitor();
     return align_to(source, target, options, &found);
   }();
@@ -92,9 +99,12 @@ void run(const align_settings& settings) {
     throw std::runtime_error{
         "no transform was found: there are too few pairs; try another --max-distance"};
   if (!settings.output.empty()) write_cloud(aligned, settings.output);
-  if (!settings.picture.empty())
-    write_png(in_two_colors(target, aligned, camera_in_front_of(target), diagonal(target) / 300),
+  if (!settings.picture.empty()) {
+    const auto below = cast<float>(target);
+    write_png(in_two_colors(below, cast<float>(aligned), camera_in_front_of(below),
+                            diagonal(below) / 300),
               settings.picture);
+  }
 }
 
 }  // namespace
@@ -129,5 +139,16 @@ void add_align(CLI::App& app) {
                       "The moved source; its ending says the format");
   command->add_option("--picture", settings->picture, "Both in two colours, as PNG");
   add_common_options(*command, *settings);
-  command->callback([settings] { run(*settings); });
+  command->callback([settings] {
+    const auto source = read_input(settings->source, settings->depth, settings->quiet).cloud;
+    const auto target = read_input(settings->target, settings->depth, settings->quiet).cloud;
+    std::visit(
+        [&]<class A, class B>(const A& a, const B& b) {
+          if constexpr (std::is_same_v<A, B>)
+            run(*settings, a, b);
+          else
+            run(*settings, cast<double>(a), cast<double>(b));
+        },
+        source, target);
+  });
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <variant>
 
 #include "commands.hpp"
 #include "common_options.hpp"
@@ -35,13 +35,6 @@ void write(const convert_settings& settings, const Cloud& cloud) {
   write_cloud(cloud, to, line.monitor());
 }
 
-/// Whether float holds every number to the bit.
-bool are_floats(const Eigen::Matrix3Xd& m) {
-  return m.unaryExpr([](double x) {
-            return double(!(double(float(x)) != x) || std::isnan(x));
-          }).sum() == double(m.size());
-}
-
 }  // namespace
 
 void add_convert(CLI::App& app) {
@@ -55,21 +48,12 @@ void add_convert(CLI::App& app) {
   add_depth_options(*command, settings->depth);
   command->add_flag("--quiet", settings->quiet, "No progress and no report");
   command->callback([settings] {
-    index_t count = 0;
-    if (is_depth_image(settings->from)) {
-      const auto cloud = read_input(settings->from, settings->depth, settings->quiet).cloud;
-      write(*settings, cloud);
-      count = cloud.size();
-    } else {
-      // In the precision that the file has.
-      progress_line line{"reading", settings->quiet};
-      const auto cloud = read_cloud<double>(settings->from, {.monitor = line.monitor()});
-      if (are_floats(cloud.points) && are_floats(cloud.normals))
-        write(*settings, cast<float>(cloud));
-      else
-        write(*settings, cloud);
-      count = cloud.size();
-    }
-    if (!settings->quiet) std::cerr << count << " points in " << settings->to << '\n';
+    const auto input = read_input(settings->from, settings->depth, settings->quiet);
+    std::visit(
+        [&](const auto& cloud) {
+          write(*settings, cloud);
+          if (!settings->quiet) std::cerr << cloud.size() << " points in " << settings->to << '\n';
+        },
+        input.cloud);
   });
 }

@@ -67,7 +67,8 @@ json describe(const attribute& a) {
   return description;
 }
 
-json describe(const std::string& file, const point_cloud<float, 3>& cloud) {
+template <class S>
+json describe(const std::string& file, const point_cloud<S, 3>& cloud) {
   json description{
       {"file", file}, {"points", cloud.size()}, {"invalid", count_non_finite(cloud.points)}};
   if (cloud.is_organized()) {
@@ -76,7 +77,7 @@ json describe(const std::string& file, const point_cloud<float, 3>& cloud) {
   }
   Eigen::AlignedBox3d box;
   for (const auto& p : as_points(cloud.points))
-    if (is_finite(p)) box.extend(p.cast<double>() + cloud.origin);
+    if (is_finite(p)) box.extend(p.template cast<double>() + cloud.origin);
   if (!box.isEmpty()) {
     description["min"] = {box.min().x(), box.min().y(), box.min().z()};
     description["max"] = {box.max().x(), box.max().y(), box.max().z()};
@@ -113,8 +114,9 @@ void add_info(CLI::App& app) {
   command->add_flag("--json", settings->as_json, "As one JSON object");
   command->add_flag("--quiet", settings->quiet, "No progress");
   command->callback([settings] {
-    const auto cloud = read_input(settings->file, settings->depth, settings->quiet).cloud;
-    const auto description = describe(settings->file, cloud);
+    const auto input = read_input(settings->file, settings->depth, settings->quiet);
+    const auto description =
+        std::visit([&](const auto& cloud) { return describe(settings->file, cloud); }, input.cloud);
     if (settings->as_json)
       std::cout << description.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
     else

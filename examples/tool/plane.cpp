@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <variant>
 
 #include "commands.hpp"
 #include "common_options.hpp"
@@ -28,8 +29,8 @@ struct plane_settings {
   depth_settings depth;
 };
 
-void run(const plane_settings& settings) {
-  const auto cloud = read_input(settings.input, settings.depth, settings.quiet).cloud;
+template <class S>
+void run(const plane_settings& settings, const point_cloud<S, 3>& cloud) {
   const auto found = [&] {
     progress_line line{"sampling", settings.quiet};
     return ransac(hyperplane_family{cloud}, {.max_residual = settings.distance,
@@ -77,5 +78,8 @@ void add_plane(CLI::App& app) {
   command->add_option("--inliers", settings->inliers, "Where to write the points of the plane");
   command->add_option("--others", settings->others, "Where to write all other points");
   add_common_options(*command, *settings);
-  command->callback([settings] { run(*settings); });
+  command->callback([settings] {
+    const auto input = read_input(settings->input, settings->depth, settings->quiet);
+    std::visit([&](const auto& cloud) { run(*settings, cloud); }, input.cloud);
+  });
 }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "commands.hpp"
@@ -29,19 +30,23 @@ struct run_settings {
 void run(const run_settings& settings, const std::vector<tool_step>& steps) {
   pipeline_report report;
   auto [cloud, camera] = read_input(settings.input, settings.depth, settings.quiet);
-  cloud = std::move(cloud) | report_to(report, "read");
+  const auto note = [&](const std::string& step) {
+    std::visit([&](auto& c) { c = std::move(c) | report_to(report, step); }, cloud);
+  };
+  note("read");
   for (std::size_t i = 0; i < steps.size(); ++i) {
     progress_line line{settings.steps[i], settings.quiet};
     cloud = steps[i](std::move(cloud), {settings.threads, line.monitor()});
-    cloud = std::move(cloud) | report_to(report, settings.steps[i]);
+    note(settings.steps[i]);
   }
   if (!settings.output.empty()) {
     progress_line line{"writing", settings.quiet};
-    write_cloud(cloud, settings.output, line.monitor());
+    std::visit([&](const auto& c) { write_cloud(c, settings.output, line.monitor()); }, cloud);
   }
   if (!settings.picture.empty()) {
-    const auto eye = camera.value_or(camera_in_front_of(cloud));
-    write_png(shaded(cloud, eye, diagonal(cloud) / 300), settings.picture);
+    const auto seen = std::visit([](const auto& c) { return cast<float>(c); }, cloud);
+    const auto eye = camera.value_or(camera_in_front_of(seen));
+    write_png(shaded(seen, eye, diagonal(seen) / 300), settings.picture);
   }
   if (!settings.quiet) std::cerr << report;
 }

@@ -5,8 +5,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "commands.hpp"
@@ -30,8 +32,9 @@ struct segment_settings {
   depth_settings depth;
 };
 
-void run(const segment_settings& settings) {
-  auto [cloud, camera] = read_input(settings.input, settings.depth, settings.quiet);
+template <class S>
+void run(const segment_settings& settings, point_cloud<S, 3>& cloud,
+         const std::optional<pinhole_camera<float>>& camera) {
   const knn spec{settings.neighbors};
   if (!cloud.has_normals()) {
     progress_line line{"normals", settings.quiet};
@@ -58,9 +61,11 @@ void run(const segment_settings& settings) {
     std::cout << "\npoints in none: " << parts.unlabeled() << '\n';
   }
   if (!settings.output.empty()) write_cloud(cloud, settings.output);
-  if (!settings.picture.empty())
-    write_png(shaded(cloud, camera.value_or(camera_in_front_of(cloud)), diagonal(cloud) / 300),
+  if (!settings.picture.empty()) {
+    const auto seen = cast<float>(cloud);
+    write_png(shaded(seen, camera.value_or(camera_in_front_of(seen)), diagonal(seen) / 300),
               settings.picture);
+  }
 }
 
 }  // namespace
@@ -82,5 +87,8 @@ void add_segment(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--picture", settings->picture, "The parts in colours, as PNG");
   add_common_options(*command, *settings);
-  command->callback([settings] { run(*settings); });
+  command->callback([settings] {
+    auto [cloud, camera] = read_input(settings->input, settings->depth, settings->quiet);
+    std::visit([&](auto& c) { run(*settings, c, camera); }, cloud);
+  });
 }

@@ -11,13 +11,14 @@ module;
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 export module steps;
 
 import cilantro;
+import tool;
 using namespace cilantro;
 
-export using tool_cloud = point_cloud<float, 3>;
 /// A step that has its name and arguments; what remains is the cloud and how to work on it.
 export using tool_step = std::function<tool_cloud(tool_cloud&&, const execution&)>;
 
@@ -67,6 +68,15 @@ class arguments {
   std::vector<std::string> parts_;
 };
 
+/// The step that `work` does on clouds of either precision.
+template <class Work>
+tool_step on_clouds(Work work) {
+  return [work](tool_cloud&& cloud, const execution& how) {
+    return std::visit([&](auto&& c) -> tool_cloud { return work(std::move(c), how); },
+                      std::move(cloud));
+  };
+}
+
 using maker = std::function<tool_step(const arguments&)>;
 
 const std::map<std::string, std::pair<const char*, maker>, std::less<>> makers{
@@ -74,80 +84,80 @@ const std::map<std::string, std::pair<const char*, maker>, std::less<>> makers{
      {"invalid: remove points that are not finite",
       [](const arguments& a) -> tool_step {
         a.expect_size(0, 0, "invalid");
-        return [](tool_cloud&& c, const execution&) { return remove_invalid(std::move(c)); };
+        return on_clouds([](auto&& c, const execution&) { return remove_invalid(std::move(c)); });
       }}},
     {"voxel",
      {"voxel=EDGE: one point for each cell of a grid",
       [](const arguments& a) -> tool_step {
         a.expect_size(1, 1, "voxel=EDGE");
-        return [edge = a.number(0)](tool_cloud&& c, const execution& how) {
+        return on_clouds([edge = a.number(0)](auto&& c, const execution& how) {
           return voxel_downsample(c, edge, {.threads = how.threads, .monitor = how.monitor});
-        };
+        });
       }}},
     {"normals",
      {"normals=knn:K, radius:R or knn_in_radius:K:R: normals and curvature",
       [](const arguments& a) -> tool_step {
         const auto spec = a.neighborhood(0, "normals=knn:K, radius:R or knn_in_radius:K:R");
-        return [spec](tool_cloud&& c, const execution& how) {
+        return on_clouds([spec](auto&& c, const execution& how) {
           return estimate_normals(std::move(c), spec,
                                   {.threads = how.threads, .monitor = how.monitor});
-        };
+        });
       }}},
     {"viewpoint",
      {"viewpoint=X:Y:Z: turn normals towards a place",
       [](const arguments& a) -> tool_step {
         a.expect_size(3, 3, "viewpoint=X:Y:Z");
         const coordinates eye{a.number(0), a.number(1), a.number(2)};
-        return [eye](tool_cloud&& c, const execution&) {
-          return orient_to_viewpoint(std::move(c), eye);
-        };
+        return on_clouds(
+            [eye](auto&& c, const execution&) { return orient_to_viewpoint(std::move(c), eye); });
       }}},
     {"orient",
      {"orient=knn:K or radius:R: turn normals so that neighbours agree",
       [](const arguments& a) -> tool_step {
         const auto spec = a.neighborhood(0, "orient=knn:K or radius:R");
-        return [spec](tool_cloud&& c, const execution&) {
-          return orient_consistently(std::move(c), spec);
-        };
+        return on_clouds(
+            [spec](auto&& c, const execution&) { return orient_consistently(std::move(c), spec); });
       }}},
     {"outliers",
      {"outliers=K:DEVIATIONS: remove points that are far from their K nearest",
       [](const arguments& a) -> tool_step {
         a.expect_size(2, 2, "outliers=K:DEVIATIONS");
-        return [k = a.count(0), deviations = a.number(1)](tool_cloud&& c, const execution& how) {
-          return remove_statistical_outliers(c, {k, deviations, how.threads, how.monitor});
-        };
+        return on_clouds(
+            [k = a.count(0), deviations = a.number(1)](auto&& c, const execution& how) {
+              return remove_statistical_outliers(c, {k, deviations, how.threads, how.monitor});
+            });
       }}},
     {"lonely",
      {"lonely=RADIUS:LEAST: remove points with fewer than LEAST others within a radius",
       [](const arguments& a) -> tool_step {
         a.expect_size(2, 2, "lonely=RADIUS:LEAST");
-        return [r = a.number(0), least = a.count(1)](tool_cloud&& c, const execution& how) {
+        return on_clouds([r = a.number(0), least = a.count(1)](auto&& c, const execution& how) {
           return remove_radius_outliers(c, {r, least, how.threads, how.monitor});
-        };
+        });
       }}},
     {"random",
      {"random=COUNT or COUNT:SEED: keep some points, drawn at random",
       [](const arguments& a) -> tool_step {
         a.expect_size(1, 2, "random=COUNT or random=COUNT:SEED");
         const auto seed = static_cast<std::uint64_t>(a.size() > 1 ? a.count(1) : 0);
-        return [n = a.count(0), seed](tool_cloud&& c, const execution&) {
+        return on_clouds([n = a.count(0), seed](auto&& c, const execution&) {
           return random_sample(c, n, seed);
-        };
+        });
       }}},
     {"uniform",
      {"uniform=COUNT: keep some points, at equal steps",
       [](const arguments& a) -> tool_step {
         a.expect_size(1, 1, "uniform=COUNT");
-        return [n = a.count(0)](tool_cloud&& c, const execution&) { return uniform_sample(c, n); };
+        return on_clouds(
+            [n = a.count(0)](auto&& c, const execution&) { return uniform_sample(c, n); });
       }}},
     {"farthest",
      {"farthest=COUNT: keep some points, each the farthest from those before",
       [](const arguments& a) -> tool_step {
         a.expect_size(1, 1, "farthest=COUNT");
-        return [n = a.count(0)](tool_cloud&& c, const execution& how) {
+        return on_clouds([n = a.count(0)](auto&& c, const execution& how) {
           return farthest_point_sample(c, n, {.threads = how.threads, .monitor = how.monitor});
-        };
+        });
       }}},
 };
 

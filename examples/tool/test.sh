@@ -44,6 +44,20 @@ expect 0 '' "$cilantro" convert a.pcd b.ply --quiet
 cmp scan.ply b.ply || fail 'a cloud changed on its way through compression'
 expect 0 'DATA ascii' bash -c "'$cilantro' convert scan.ply t.pcd --ascii && head -20 t.pcd"
 
+# Numbers keep the precision of the file, in all that is done with them.
+printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\nend_header\n0.123456789012 0 0\n1 0 0\n0 1 0\n' > double.ply
+for command in 'convert double.ply d.xyz' 'run double.ply invalid -o d.xyz' 'segment double.ply d.xyz --knn 3' \
+  'align double.ply double.ply --metric point-to-point -o d.xyz' 'plane double.ply --distance 0.1 --inliers d.xyz'; do
+  # shellcheck disable=SC2086 # Words of a command.
+  "$cilantro" $command --quiet > /dev/null
+  grep -q '^0\.123456789012 ' d.xyz || fail "digits were lost on the way through: $command"
+  rm d.xyz
+done
+"$cilantro" run double.ply random=2:1 uniform=1 -o d.ply --quiet
+expect 0 'double x' head -9 d.ply
+# A cloud in float beside one in double.
+expect 0 'status: "converged"' "$cilantro" align a.xyz scan.ply --voxel 0.03 --max-distance 0.2
+
 expect 0 'normals=knn:10' "$cilantro" run scan.ply invalid voxel=0.05 outliers=20:2.0 normals=knn:10 \
   orient=knn:10 -o out.ply --picture out.png
 expect 0 '' "$cilantro" run out.ply random=100:3 farthest=9 uniform=5 lonely=100:1 --quiet -o few.xyz

@@ -3,12 +3,16 @@
 // What the commands share: reading any input, and a line that shows progress.
 module;
 #include <unistd.h>
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <variant>
 #include <vector>
 export module tool;
 
@@ -51,8 +55,11 @@ export struct depth_settings {
   double per_metre = 1000;          ///< What the image stores for a metre.
 };
 
+/// In float where that holds what the file says to the bit, otherwise in double.
+export using tool_cloud = std::variant<point_cloud<float, 3>, point_cloud<double, 3>>;
+
 export struct tool_input {
-  point_cloud<float, 3> cloud;
+  tool_cloud cloud;
   std::optional<pinhole_camera<float>> camera;  ///< Of a depth image.
 };
 
@@ -62,12 +69,20 @@ export bool is_depth_image(const std::filesystem::path& path) {
   return ending == ".png";
 }
 
+bool are_floats(const Eigen::Matrix3Xd& m) {
+  return std::ranges::all_of(m.reshaped(),
+                             [](double x) { return std::isnan(x) || double(float(x)) == x; });
+}
+
 /// A cloud, or a depth image as one.
 export tool_input read_input(const std::filesystem::path& path, const depth_settings& depth,
                              bool quiet) {
   if (!is_depth_image(path)) {
     progress_line line{"reading", quiet};
-    return {read_cloud<float>(path, {.monitor = line.monitor()}), std::nullopt};
+    auto cloud = read_cloud<double>(path, {.monitor = line.monitor()});
+    if (are_floats(cloud.points) && are_floats(cloud.normals))
+      return {cast<float>(cloud), std::nullopt};
+    return {std::move(cloud), std::nullopt};
   }
   const auto image = read_depth_png(path);
   const float focal = 585.0f * float(image.width()) / 640;

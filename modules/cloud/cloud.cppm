@@ -20,4 +20,4 @@ export import :pcd;
 export import :text;
 export import :cloud_file;
 export import :matrix_file;
-export import :png;
+export import :image_file;

@@ -199,7 +199,7 @@ image<std::uint16_t> read_depth_png(const std::filesystem::path& path) {
   });
 }
 
-image<rgb> read_color_png(const std::filesystem::path& path) {
+image<rgb> detail::read_color_png(const std::filesystem::path& path) {
   return read_image<rgb>(path, read_png_colors, [](const png_reader&) {});
 }
 

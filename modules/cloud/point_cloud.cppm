@@ -292,6 +292,7 @@ export template <Scalar S, int D>
 /// The cloud with points and normals in another scalar. Colours and attributes keep their types.
 export template <Scalar T, Scalar S, int D>
 [[nodiscard]] point_cloud<T, D> cast(const point_cloud<S, D>& cloud) {
+  expect_consistent(cloud, "cast");
   return {cloud.points.template cast<T>(),
           cloud.normals.template cast<T>(),
           cloud.colors,

@@ -11,8 +11,8 @@ module cilantro.clustering;
 namespace cilantro {
 
 void expect_sensible(const components_options& options, index_t size) {
-  expects(options.min_size >= 0 && options.max_size >= 0,
-          "connected_components: the sizes must not be negative");
+  expect_from(0, double(options.min_size), "connected_components: min_size");
+  expect_from(0, double(options.max_size), "connected_components: max_size");
   if (options.seeds)
     expects(std::ranges::all_of(*options.seeds, [&](index_t i) { return 0 <= i && i < size; }),
             "connected_components: a seed is not one of the points");

@@ -53,6 +53,7 @@ export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
                                             const components_options& options = {}) {
   expect_sensible(options, graph.size());
   expect_nodes(graph, "connected_components");
+  expect_sizes(similar, graph.size(), graph.size(), "connected_components");
   disjoint_sets sets{graph.size()};
   parallel_for(graph.size(), {options.threads, options.monitor},
                [&](index_t i) { join_similar<S>(sets, i, graph[i], similar); });
@@ -71,6 +72,7 @@ template <NeighborSearcher T, SimilarityFunction<typename T::scalar> F>
     const T& searcher, points_view<typename T::scalar, T::static_dimension> points,
     neighborhood_spec spec, const F& similar, const components_options& options) {
   using S = typename T::scalar;
+  expect_sizes(similar, points.size(), points.size(), "connected_components");
   joined_points joined{points.size()};
   visit_neighborhoods(searcher, points, spec,
                       [&](const neighborhood_block<S>& block) {

@@ -38,7 +38,7 @@ export template <NeighborSearcher T, PointsOrCloud P>
   const points_view<S, T::static_dimension> view = places_in(points);
   const index_t n = view.size();
   expects(n == index_t(searcher.size()), "dbscan: searcher and points must have the same size");
-  expects(options.min_points >= 1, "dbscan: min_points must be at least 1");
+  expect_from(1, double(options.min_points), "dbscan: min_points");
   const double reach = options.radius;
   std::vector<std::uint8_t> is_core(static_cast<std::size_t>(n));
   const auto core = [&](index_t i) -> std::uint8_t& {

@@ -241,8 +241,8 @@ hdbscan_result condensed_tree::result() const {
 
 template <Scalar S>
 hdbscan_result hdbscan(const neighborhoods<S>& graph, const hdbscan_options& options) {
-  expects(options.min_cluster_size >= 2 && options.min_points >= 1,
-          "hdbscan: a cluster has at least 2 points, a core distance at least 1");
+  expect_from(2, double(options.min_cluster_size), "hdbscan: min_cluster_size");
+  expect_from(1, double(options.min_points), "hdbscan: min_points");
   expect_nodes(graph, "hdbscan");
   expects(std::ranges::all_of(graph.distances(), [](S d) { return d >= 0; }),
           "hdbscan: a distance is negative or NaN");

@@ -337,9 +337,10 @@ kmeans_result<S, D, M> kmeans_run<S, D, M>::result() {
 template <Scalar S, int D, CoordinateMetric<S> M>
 kmeans_result<S, D, M> closed_kmeans(points_view<S, D> points, index_t k, points_view<S, D> initial,
                                      const kmeans_options& options) {
-  expects(k >= 1, "kmeans: there must be at least one cluster");
-  expects(options.restarts >= 1 && options.max_iterations >= 0 && options.tolerance >= 0,
-          "kmeans: restarts must be positive, the limit and the tolerance not negative");
+  expect_from(1, double(k), "kmeans: the number of clusters");
+  expect_from(1, options.restarts, "kmeans: restarts");
+  expect_from(0, options.max_iterations, "kmeans: max_iterations");
+  expect_from(0, options.tolerance, "kmeans: tolerance");
   const bool given = !initial.empty();
   expects(!given || (initial.dimension() == points.dimension() && initial.matrix().allFinite()),
           "kmeans: the centroids must be finite, and of the points' dimension");

@@ -11,9 +11,9 @@ module cilantro.clustering;
 namespace cilantro {
 
 void expect_sensible(const mean_shift_options& options) {
-  expects(options.merge_distance.value_or(0) >= 0 && options.tolerance >= 0 &&
-              options.max_iterations >= 0,
-          "mean_shift: distance, tolerance and limit must not be negative");
+  expect_from(0, options.merge_distance.value_or(0), "mean_shift: merge_distance");
+  expect_from(0, options.tolerance, "mean_shift: tolerance");
+  expect_from(0, options.max_iterations, "mean_shift: max_iterations");
 }
 
 template <Scalar S, int D>

@@ -96,12 +96,16 @@ template <Scalar S, int D, Kernel K>
     const auto sum_of = [&](index_t k, auto&& indices, auto distance_of) {
       const point_vector<double, D> place = places[k].template cast<double>();
       kernel_sum<D> sum{point_vector<double, D>::Zero(place.size())};
+      double least = 0;
       for (std::size_t m = 0; m < indices.size(); ++m) {
         const point_vector<double, D> apart = points[indices[m]].template cast<double>() - place;
         const double weight = kernel(distance_of(m, apart) / bandwidth);
+        least = std::min(least, weight);
         sum.density += weight;
         sum.shift += weight * apart;
       }
+      expects(least == 0 && std::isfinite(sum.density),
+              "mean_shift: the kernel must give finite numbers of 0 or more");
       f(k, sum);
     };
     const task_monitor stop_only{{}, options.monitor.stop};

@@ -106,8 +106,9 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
   const index_t most = options.clusters.value_or(std::min(options.max_clusters, n));
   expects(most >= (n > 0) && most <= n,
           "spectral_clustering: there must be between 1 and N clusters");
-  expects(options.restarts >= 1 && options.max_restarts >= 0 && options.tolerance >= 0,
-          "spectral_clustering: restarts and tolerance must not be negative");
+  expect_from(1, options.restarts, "spectral_clustering: restarts");
+  expect_from(0, options.max_restarts, "spectral_clustering: max_restarts");
+  expect_from(0, options.tolerance, "spectral_clustering: tolerance");
   spectral_result result;
   if (n == 0) return result;
 

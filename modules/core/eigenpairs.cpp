@@ -197,10 +197,9 @@ eigenpairs largest(const Matrix& matrix, bool is_finite, index_t count,
                    const eigenpair_options& options) {
   expects(matrix.rows() == matrix.cols() && is_finite,
           "largest_eigenpairs: the matrix must be square and finite");
-  expects(0 <= count && count <= matrix.rows(),
-          "largest_eigenpairs: there are as many eigenpairs as rows");
-  expects(options.max_restarts >= 0 && options.tolerance >= 0,
-          "largest_eigenpairs: limit and tolerance must not be negative");
+  expect_between(0, double(count), double(matrix.rows()), "largest_eigenpairs: the count");
+  expect_from(0, options.max_restarts, "largest_eigenpairs: max_restarts");
+  expect_from(0, options.tolerance, "largest_eigenpairs: tolerance");
   if (options.monitor.stop.stop_requested()) throw cancelled{};
   if (count == 0) return {.values = {}, .vectors = Eigen::MatrixXd(matrix.rows(), 0)};
   if (matrix.rows() <= small || 12 * (count + 2) > matrix.rows())

@@ -12,4 +12,16 @@ std::string in_digits(double value) {
   return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
 
+void expect_from(double least, double value, const char* what) {
+  if (!(value >= least))
+    throw invalid_input{std::string{what} + " must be " + in_digits(least) + " or more, and is " +
+                        in_digits(value)};
+}
+
+void expect_between(double least, double value, double most, const char* what) {
+  if (!(least <= value && value <= most))
+    throw invalid_input{std::string{what} + " must be from " + in_digits(least) + " to " +
+                        in_digits(most) + ", and is " + in_digits(value)};
+}
+
 }  // namespace cilantro

@@ -55,6 +55,11 @@ export class cancelled : public std::runtime_error {
 /// A number as a message says it: with as many digits as tell it from all others.
 export [[nodiscard]] std::string in_digits(double value);
 
+/// Throws `invalid_input` unless `value` is from `least` to `most`: "`what` must be 1 or more, and
+/// is 0". NaN is in no range.
+export void expect_from(double least, double value, const char* what);
+export void expect_between(double least, double value, double most, const char* what);
+
 /// Throws `invalid_input{what}` unless `condition` holds.
 export inline void expects(bool condition, const char* what) {
   if (!condition) throw invalid_input{what};

@@ -22,7 +22,7 @@ export inline constexpr index_t default_block_size = 1024;
 /// `cancelled` once a stop was requested, `invalid_input` for negative threads, n or block size.
 export template <class F>
 void parallel_blocks(index_t n, index_t block_size, const execution& how, F&& f) {
-  expects(how.threads >= 0, "threads must not be negative; 0 leaves the choice to OpenMP");
+  expect_from(0, how.threads, "threads (0 leaves the choice to OpenMP)");
   expects(n >= 0 && block_size > 0,
           "parallel_blocks: n must not be negative, nor the block size 0");
   const index_t blocks = n / block_size + (n % block_size != 0);

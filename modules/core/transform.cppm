@@ -102,6 +102,7 @@ concept RigidMap = AffineMap<T> && is_rigid_map<T>;
 /// The transform that moves nothing, of points with `dimension` coordinates.
 export template <AffineMap T>
 [[nodiscard]] T identity_transform(index_t dimension) {
+  expect_from(0, double(dimension), "identity_transform: the dimension");
   if constexpr (requires { T::Identity(dimension); })
     return T::Identity(dimension);
   else

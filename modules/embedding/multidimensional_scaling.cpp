@@ -28,12 +28,12 @@ void expect_distances(const Eigen::MatrixXd& d) {
 }
 
 void expect_sensible(const embedding_options& options) {
-  expects(options.dimension.value_or(0) >= 0 && options.max_dimension >= 1,
-          "multidimensional_scaling: a dimension is negative, or the largest is 0");
+  expect_from(1, double(options.dimension.value_or(1)), "multidimensional_scaling: dimension");
+  expect_from(1, double(options.max_dimension), "multidimensional_scaling: max_dimension");
   expects(!options.explained || (*options.explained > 0 && *options.explained <= 1),
-          "multidimensional_scaling: the share must be above 0, and at most 1");
-  expects(options.max_restarts >= 0 && options.tolerance >= 0,
-          "multidimensional_scaling: limit and tolerance must not be negative");
+          "multidimensional_scaling: explained must be above 0, and at most 1");
+  expect_from(0, options.max_restarts, "multidimensional_scaling: max_restarts");
+  expect_from(0, options.tolerance, "multidimensional_scaling: tolerance");
 }
 
 /// From distances to the scalar products of points around their mean, in place.

@@ -36,13 +36,15 @@ double regularized_gamma(double a, double x) {
 }  // namespace
 
 double chi_square_probability(double x, index_t degrees_of_freedom) {
-  expects(degrees_of_freedom > 0, "chi_square: there must be a degree of freedom");
+  expects(!std::isnan(x), "chi_square_probability: x must be a number");
+  expect_from(1, double(degrees_of_freedom), "chi_square_probability: the degrees of freedom");
   return regularized_gamma(double(degrees_of_freedom) / 2, x / 2);
 }
 
 double chi_square_quantile(double p, index_t degrees_of_freedom) {
-  expects(p > 0 && p < 1, "chi_square_quantile: p must be between 0 and 1");
-  expects(degrees_of_freedom > 0, "chi_square_quantile: there must be a degree of freedom");
+  expects(p > 0 && p < 1,
+          "chi_square_quantile: p must be above 0 and below 1, and is " + in_digits(p));
+  expect_from(1, double(degrees_of_freedom), "chi_square_quantile: the degrees of freedom");
   const double a = double(degrees_of_freedom) / 2;
   double low = 0, high = double(degrees_of_freedom);
   while (chi_square_probability(high, degrees_of_freedom) < p) high *= 2;

@@ -241,9 +241,8 @@ template <Scalar S, int D>
 std::optional<moments<S, D>> closed_minimum_determinant(points_view<S, D> points,
                                                         std::span<const std::int32_t> indices,
                                                         const minimum_covariance_determinant& how) {
-  expects(how.share >= 0.5 && how.share <= 1,
-          "minimum_covariance_determinant: the share must be between 0.5 and 1");
-  expects(how.trials > 0, "minimum_covariance_determinant: there must be a trial");
+  expect_between(0.5, how.share, 1, "minimum_covariance_determinant: share");
+  expect_from(1, double(how.trials), "minimum_covariance_determinant: trials");
   expects(!how.rejection || *how.rejection > 0,
           "minimum_covariance_determinant: the rejection must be positive");
   std::vector<std::int32_t> finite;

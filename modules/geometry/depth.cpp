@@ -169,8 +169,7 @@ template <Scalar S>
 image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camera<S>& camera,
                                    const projection_options& options) {
   expect_valid(camera, "project");
-  expects(options.point_size >= 0 && std::isfinite(options.point_size),
-          "project: the point size must not be negative");
+  expect_between(0, options.point_size, std::numeric_limits<double>::max(), "project: point_size");
   image<std::int32_t> seen(camera.width, camera.height, -1);
   image<S> nearest(camera.width, camera.height, std::numeric_limits<S>::infinity());
   const projector<S> footprint_of{camera, options.point_size};

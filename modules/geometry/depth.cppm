@@ -46,20 +46,27 @@ export struct depth_scale {
 };
 
 /// What another converter says, if it is neither nearer than `nearest` nor beyond `farthest`.
-export template <class F>
-struct truncated_depth {
-  double nearest, farthest;  ///< In metres.
-  F convert;
+export template <class F = depth_scale>
+class truncated_depth {
+ public:
+  /// In metres. Throws `invalid_input` unless `nearest` is at most `farthest`.
+  truncated_depth(double nearest, double farthest, F convert = {})
+      : nearest_{nearest}, farthest_{farthest}, convert_{std::move(convert)} {
+    expects(nearest <= farthest,
+            "truncated_depth: the nearest depth must not be beyond the farthest");
+  }
 
   template <class Pixel>
     requires DepthConverter<F, Pixel>
   [[nodiscard]] double operator()(Pixel value) const {
-    const double depth = convert(value);
-    return depth >= nearest && depth <= farthest ? depth : 0;
+    const double depth = convert_(value);
+    return depth >= nearest_ && depth <= farthest_ ? depth : 0;
   }
+
+ private:
+  double nearest_, farthest_;
+  F convert_;
 };
-export template <class F>
-truncated_depth(double, double, F) -> truncated_depth<F>;
 
 /// Depth from the shift between the two images of a stereo camera: focal length × baseline / shift.
 export struct disparity {

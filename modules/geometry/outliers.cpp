@@ -55,8 +55,8 @@ struct counted_sum {
 
 template <Scalar S, int D>
 selection closed_outliers(points_view<S, D> points, const statistical_outlier_options& options) {
-  expects(options.neighbors > 0, "statistical_outliers: there must be at least one neighbor");
-  expects(options.deviations >= 0, "statistical_outliers: the deviations must not be negative");
+  expect_from(1, double(options.neighbors), "statistical_outliers: neighbors");
+  expect_from(0, options.deviations, "statistical_outliers: deviations");
   const knn_in_radius others{std::min(options.neighbors, points.size()),
                              std::numeric_limits<double>::infinity()};
   const auto means = from_others(points, others, {options.threads, options.monitor},
@@ -86,8 +86,8 @@ selection closed_outliers(points_view<S, D> points, const statistical_outlier_op
 
 template <Scalar S, int D>
 selection closed_outliers(points_view<S, D> points, const radius_outlier_options& options) {
-  expects(options.min_neighbors >= 0, "radius_outliers: min_neighbors must not be negative");
-  expects(options.radius >= 0, "radius_outliers: the radius must not be negative");
+  expect_from(0, double(options.min_neighbors), "radius_outliers: min_neighbors");
+  expect_from(0, options.radius, "radius_outliers: radius");
   // No more neighbours are looked for than are needed.
   const knn_in_radius needed{std::min(options.min_neighbors, points.size()), options.radius};
   const auto counts = from_others(points, needed, {options.threads, options.monitor},

@@ -15,7 +15,7 @@ namespace {
 void expect_sample(index_t size, index_t count) {
   expects(size >= 0 && size <= std::numeric_limits<std::int32_t>::max(),
           "sample: there must be between 0 and 2^31 - 1 points");
-  expects(count >= 0, "sample: the count must not be negative");
+  expect_from(0, double(count), "sample: the count");
 }
 
 /// The farthest point so far; the first of several.

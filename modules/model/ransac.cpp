@@ -62,10 +62,12 @@ template data_score score_of(std::span<const float>, const residual_scoring&);
 template data_score score_of(std::span<const double>, const residual_scoring&);
 
 void expect_sensible(const ransac_options& options) {
-  expects(options.confidence > 0 && options.confidence <= 1,
-          "ransac: the confidence must be above 0, and at most 1");
-  expects(options.max_iterations >= 0 && options.min_inliers >= 0 && options.preview >= 0,
-          "ransac: limits and counts must not be negative");
+  expects(
+      options.confidence > 0 && options.confidence <= 1,
+      "ransac: confidence must be above 0, and at most 1, and is " + in_digits(options.confidence));
+  expect_from(0, double(options.max_iterations), "ransac: max_iterations");
+  expect_from(0, double(options.min_inliers), "ransac: min_inliers");
+  expect_from(0, double(options.preview), "ransac: preview");
 }
 
 double samples_needed(double confidence, double share, index_t sample_size) {

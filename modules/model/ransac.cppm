@@ -389,7 +389,7 @@ export template <RansacModel F>
 export template <RansacModel F>
 [[nodiscard]] auto sequential_ransac(const F& family, index_t count, const ransac_options& options)
     -> std::vector<ransac_result<typename F::model_type>> {
-  expects(count >= 0, "sequential_ransac: the count must not be negative");
+  expect_from(0, double(count), "sequential_ransac: the count");
   ransac_options each = options;
   each.monitor = in_passes(options.monitor, static_cast<int>(std::min<index_t>(count, 1 << 20)));
   ransac_search<F> search{family, each};

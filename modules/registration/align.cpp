@@ -41,8 +41,8 @@ icp_result<T> align_scales(
   const std::vector<align_scale> scales =
       options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
   for (const auto& scale : scales)
-    expects(scale.voxel >= 0 && std::isfinite(scale.voxel),
-            "align: the voxels of a scale must be finite and not negative");
+    expect_between(0, scale.voxel, std::numeric_limits<double>::max(),
+                   "align: the voxel of a scale");
   icp_result<T> result;
   result.transform = initial;
   int iterations = 0;

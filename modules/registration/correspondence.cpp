@@ -50,9 +50,10 @@ void keep_greedily(Pairs& pairs) {
 }  // namespace
 
 void expect_valid(const correspondence_options& options) {
-  expects(options.max_distance >= 0, "correspondences: max_distance must not be negative");
+  expect_from(0, options.max_distance, "correspondences: max_distance");
   expects(options.fraction > 0 && options.fraction <= 1,
-          "correspondences: fraction must be in (0, 1]");
+          "correspondences: fraction must be above 0, and at most 1, and is " +
+              in_digits(options.fraction));
 }
 
 template <Scalar S>

@@ -39,6 +39,12 @@ class feature_searcher {
         judge_{std::move(judge)},
         tree_{space_.target(), {.threads = options.threads}} {
     expect_valid(options);
+    const index_t sources = space_.source_size(), targets = space_.target().size();
+    if constexpr (requires { judge_.source_size(); })
+      expects(index_t(judge_.source_size()) == sources && judge_.target().size() == targets,
+              "feature_searcher: what judges pairs must be of the same source and target");
+    else
+      expect_sizes(judge_, sources, targets, "feature_searcher");
   }
 
   /// As `CorrespondenceSearcher` says. O(N log M) in low dimension.

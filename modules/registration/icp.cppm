@@ -78,10 +78,14 @@ export template <class Searcher, class E>
     -> icp_result<typename E::transform_type> {
   const double most_rotation = options.rotation_tolerance.value_or(options.tolerance);
   const double most_translation = options.translation_tolerance.value_or(options.tolerance);
-  expects(options.max_iterations >= 0 && options.min_pairs >= 0,
-          "icp: max_iterations and min_pairs must not be negative");
-  expects(most_rotation >= 0 && most_translation >= 0 && options.residual_tolerance >= 0,
-          "icp: tolerances must not be negative");
+  expect_from(0, options.max_iterations, "icp: max_iterations");
+  expect_from(0, double(options.min_pairs), "icp: min_pairs");
+  expect_from(0, most_rotation, "icp: the tolerance of rotations");
+  expect_from(0, most_translation, "icp: the tolerance of translations");
+  expect_from(0, options.residual_tolerance, "icp: residual_tolerance");
+  if constexpr (AffineMap<typename E::transform_type>)
+    expects(is_finite(initial.linear().reshaped()) && is_finite(initial.translation()),
+            "icp: the initial transform must be finite");
 
   icp_result<typename E::transform_type> result;
   result.transform = std::move(initial);

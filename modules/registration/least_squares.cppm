@@ -124,17 +124,9 @@ template <Scalar S, int D, class Metric, Parameterization Model>
     if (!std::isfinite(square)) return;
     ++sums.pairs;
     sums.squared_distance += square;
-    const auto add = [&](const auto& part) {
-      with_weights(part, [&](const auto& term, double weight, const auto& by, const auto& robust) {
-        add_term<D>(sums, model, term, weight, by, robust, pair, double(distance), center);
-      });
-    };
-    if constexpr (is_combined<Metric>)
-      [&]<std::size_t... I>(std::index_sequence<I...>) {
-        (add(metric.template term<I>()), ...);
-      }(std::make_index_sequence<Metric::size>{});
-    else
-      add(metric);
+    with_terms(metric, [&](const auto& term, double weight, const auto& by, const auto& robust) {
+      add_term<D>(sums, model, term, weight, by, robust, pair, double(distance), center);
+    });
   });
 }
 
@@ -182,6 +174,11 @@ class least_squares_estimator {
             "least_squares_estimator: the metric needs normals of the source; estimate them first");
     if constexpr (needs_target_normals<Metric>) expect_unit_length(t.normals, "target");
     if constexpr (needs_source_normals<Metric>) expect_unit_length(s.normals, "source");
+    with_terms(metric_, [&](const auto&, double weight, const auto& by, const auto&) {
+      expect_between(0, weight, std::numeric_limits<double>::max(),
+                     "least_squares_estimator: the weight of a term");
+      expect_sizes(by, s.points.size(), t.points.size(), "least_squares_estimator");
+    });
   }
 
   [[nodiscard]] transform_type identity() const {
@@ -220,21 +217,13 @@ class least_squares_estimator {
           surfaces_, current, s, t);
       double square = 0, last = 0;
       int rows = 0;
-      const auto look = [&](const auto& part) {
-        with_weights(part, [&](const auto& term, const auto&...) {
-          term(pair, [&](double value, const auto&...) {
-            square += value * value;
-            last = value;
-            ++rows;
-          });
+      with_terms(metric_, [&](const auto& term, const auto&...) {
+        term(pair, [&](double value, const auto&...) {
+          square += value * value;
+          last = value;
+          ++rows;
         });
-      };
-      if constexpr (is_combined<Metric>)
-        [&]<std::size_t... I>(std::index_sequence<I...>) {
-          (look(metric_.template term<I>()), ...);
-        }(std::make_index_sequence<Metric::size>{});
-      else
-        look(metric_);
+      });
       values[i] = rows == 1 ? last : std::sqrt(square);
     });
     return values;

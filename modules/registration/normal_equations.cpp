@@ -7,7 +7,7 @@ module cilantro.registration;
 namespace cilantro {
 
 normal_solution truncated_solver::operator()(const normal_equations& equations) const {
-  expects(min_eigenvalue >= 0, "truncated_solver: min_eigenvalue must not be negative");
+  expect_from(0, min_eigenvalue, "truncated_solver: min_eigenvalue");
   const index_t u = equations.gradient.size();
   // Unknowns in different units are first made comparable.
   const Eigen::VectorXd scale = equations.motion.diagonal().unaryExpr(

@@ -93,7 +93,10 @@ class point_to_point_estimator {
         model_{model},
         weight_{std::move(weight)},
         solver_{solver},
-        how_{std::move(how)} {}
+        how_{std::move(how)} {
+    expect_sizes(weight_, surfaces_.source.points.size(), surfaces_.target.points.size(),
+                 "point_to_point_estimator");
+  }
 
   [[nodiscard]] transform_type identity() const {
     return identity_transform<transform_type>(surfaces_.dimension);

@@ -196,6 +196,17 @@ void with_weights(const Metric& metric, F&& f) {
     f(metric, 1.0, unit_weight{}, unit_weight{});
 }
 
+/// The same for each part of a metric.
+template <class Metric, class F>
+void with_terms(const Metric& metric, F&& f) {
+  if constexpr (is_combined<Metric>)
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      (with_weights(metric.template term<I>(), f), ...);
+    }(std::make_index_sequence<Metric::size>{});
+  else
+    with_weights(metric, f);
+}
+
 static_assert(ResidualTerm<point_to_point, 5> && ResidualTerm<point_to_plane, 3>);
 static_assert(ResidualTerm<symmetric, 2> && ResidualTerm<generalized_icp, dynamic>);
 

@@ -93,6 +93,7 @@ void expect_square(const neighborhoods<S>& graph);
 export template <Scalar S, PairEvaluator<S> F>
 [[nodiscard]] graph_matrix<S> pair_matrix(const neighborhoods<S>& graph, const F& evaluate) {
   expect_square(graph);
+  expect_sizes(evaluate, graph.size(), graph.size(), "pair_matrix");
   graph_matrix<S> matrix(graph.size(), graph.size());
   matrix.reserve(graph.total());
   std::vector<neighbor<S>> row;

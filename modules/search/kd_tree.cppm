@@ -235,7 +235,7 @@ class kd_tree {
       const point_ref<S, D>& query, S max_distance = std::numeric_limits<S>::infinity()) const {
     expects(size() == 0 || query.size() == dimension(),
             "nearest_two: query and points must have the same dimension");
-    expects(max_distance >= 0, "nearest_two: the distance must not be negative");
+    expect_from(0, double(max_distance), "nearest_two: max_distance");
     constexpr neighbor<S> none{-1, std::numeric_limits<S>::infinity()};
     std::array<neighbor<S>, 2> found{none, none};
     engine_->nearest_two(query.data(), max_distance, found);

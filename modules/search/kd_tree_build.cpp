@@ -363,7 +363,7 @@ kd_tree_nodes<S, D>::kd_tree_nodes(points_view<S, D> points, const kd_tree_optio
   expects(points.empty() || dimension > 0, "kd_tree: points must have at least one dimension");
   expects(size <= std::numeric_limits<std::int32_t>::max(),
           "kd_tree: at most 2^31 - 1 points can be searched");
-  expects(options.max_leaf_size > 0, "kd_tree: max_leaf_size must be at least 1");
+  expect_from(1, options.max_leaf_size, "kd_tree: max_leaf_size");
   tree_builder<S, D>{*this, points, options}.build();
 }
 

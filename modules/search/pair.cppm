@@ -39,6 +39,14 @@ export template <Scalar S, class F>
     return f(distance);
 }
 
+/// Throws `invalid_input` if `f` views sets and these are not as large as those whose pairs it is
+/// asked about. It says so itself, by a member of the same name.
+export template <class F>
+void expect_sizes(const F& f, index_t first, index_t second, const char* who) {
+  if constexpr (requires { f.expect_sizes(first, second, who); })
+    f.expect_sizes(first, second, who);
+}
+
 /// Two sets of columns to compare: i is of the first and j of the second, which may be the same.
 template <Scalar S, int D>
 struct column_pair {
@@ -50,6 +58,15 @@ struct column_pair {
   }
   [[nodiscard]] S squared_distance(index_t i, index_t j) const {
     return (first[i] - second[j]).squaredNorm();
+  }
+  void expect_sizes(index_t a, index_t b, const char* who) const {
+    if (first.size() == a && second.size() == b) return;
+    const auto both = [](index_t m, index_t n) {
+      return std::to_string(m) + (m == n ? "" : " and " + std::to_string(n));
+    };
+    throw invalid_input{std::string{who} + ": there are " + both(a, b) +
+                        " points, and what says whether they are similar views " +
+                        both(first.size(), second.size())};
   }
 };
 
@@ -66,9 +83,12 @@ class close_points {
   close_points(P&& first, Q&& second, double max_distance)
       : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
         limit_{static_cast<S>(max_distance * max_distance)} {
-    expects(max_distance >= 0, "close_points: the distance must not be negative");
+    expect_from(0, max_distance, "close_points: the distance");
   }
 
+  void expect_sizes(index_t first, index_t second, const char* who) const {
+    columns_.expect_sizes(first, second, who);
+  }
   [[nodiscard]] bool operator()(index_t i, index_t j, S) const {
     return columns_.squared_distance(i, j) <= limit_;
   }
@@ -105,6 +125,9 @@ class similar_normals {
     limit_ = max_angle >= pi ? std::numeric_limits<S>::infinity() : static_cast<S>(chord * chord);
   }
 
+  void expect_sizes(index_t first, index_t second, const char* who) const {
+    columns_.expect_sizes(first, second, who);
+  }
   [[nodiscard]] bool operator()(index_t i, index_t j, S) const {
     const auto a = columns_.first[i];
     const auto b = columns_.second[j];
@@ -138,6 +161,9 @@ export class similar_colors {
   similar_colors(P&& first, Q&& second, double max_distance)
       : compare_{first, second, max_distance} {}
 
+  void expect_sizes(index_t first, index_t second, const char* who) const {
+    compare_.expect_sizes(first, second, who);
+  }
   template <Scalar S>
   [[nodiscard]] bool operator()(index_t i, index_t j, S) const {
     return compare_(i, j, 0);
@@ -153,6 +179,10 @@ class all_of_them {
  public:
   explicit all_of_them(F... functions) : functions_{std::move(functions)...} {}
 
+  void expect_sizes(index_t first, index_t second, const char* who) const {
+    std::apply([&](const auto&... f) { (cilantro::expect_sizes(f, first, second, who), ...); },
+               functions_);
+  }
   template <Scalar S>
     requires(SimilarityFunction<F, S> && ...)
   [[nodiscard]] bool operator()(index_t i, index_t j, S distance) const {

@@ -157,5 +157,9 @@ TEST_CASE("a function is a kernel once it says how far it reaches") {
   CHECK(found == mean_shift(points, 0.4));
   CHECK_THROWS_AS((void)mean_shift(points, 0.4, custom_kernel{[](double) { return 1.0; }, 0.0}),
                   invalid_input);
+  // Weights that are none would leave every point where it is, as if it were a mode.
+  CHECK_THROWS_AS(
+      (void)mean_shift(points, 0.4, custom_kernel{[](double u) { return 0.5 - u; }, 1.0}),
+      invalid_input);
   CHECK(check_kernel(custom_kernel{[](double u) { return 1 / (1 + u * u); }, 3.0}).empty());
 }

@@ -60,7 +60,7 @@ TEST_CASE("nothing of another size is put into a sized matrix") {
 
 TEST_CASE("rows are no points of a cloud") {
   const Eigen::MatrixXf rows = Eigen::MatrixXf::Random(50, 3);
-  CHECK_THROWS_AS((point_cloud<float, 3>{.points = rows}), invalid_input);
+  CHECK_THROWS_AS(((void)point_cloud<float, 3>{.points = rows}), invalid_input);
   CHECK((point_cloud<float, 3>{.points = rows.transpose()}.size() == 50));
   point_cloud<float, 3> cloud{.points = rows.transpose()};
   CHECK_THROWS_AS(cloud.normals = rows, invalid_input);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.cloud:png;
+export module cilantro.cloud:image_file;
 
 import cilantro.standard;
 import cilantro.core;
@@ -10,10 +10,12 @@ namespace cilantro {
 /// Throws `io_error` for anything else, and for a file that is missing, malformed or truncated.
 export [[nodiscard]] image<std::uint16_t> read_depth_png(const std::filesystem::path& path);
 
-/// Reads a picture: any PNG file, as 8 bits a channel. Grey becomes red, green and blue, 16 bits
-/// are rounded, and transparency is left out. Throws `io_error` for what is no PNG file, and for a
-/// file that is missing, malformed or truncated.
-export [[nodiscard]] image<rgb> read_color_png(const std::filesystem::path& path);
+/// Reads a picture: any PNG or JPEG file, told apart by how they begin, as 8 bits a channel. Grey
+/// becomes red, green and blue, 16 bits are rounded, and transparency is left out. Pixels stay
+/// where the camera put them: a note that a viewer should turn the picture (Exif) is not followed.
+/// Throws `io_error` for anything else (JPEG files in CMYK or with arithmetic coding among it), and
+/// for a file that is missing, malformed or truncated.
+export [[nodiscard]] image<rgb> read_color_image(const std::filesystem::path& path);
 
 /// Writes a depth image as a PNG file of one channel with 16 bits. The file appears when it is
 /// complete, as with `write_ply`. Throws `io_error`; `invalid_input` for an image without pixels.
@@ -21,5 +23,11 @@ export void write_png(const image<std::uint16_t>& depth, const std::filesystem::
 
 /// Writes a picture as a PNG file with 8 bits a channel, in the same way.
 export void write_png(const image<rgb>& picture, const std::filesystem::path& path);
+
+namespace detail {
+/// One of both, by the format.
+[[nodiscard]] image<rgb> read_color_png(const std::filesystem::path& path);
+[[nodiscard]] image<rgb> read_color_jpeg(const std::filesystem::path& path);
+}  // namespace detail
 
 }  // namespace cilantro

@@ -60,7 +60,7 @@ class npy_header_reader {
     const std::string_view text = text_;
     auto at = text.find("'" + key + "'");
     if (at != text.npos) at = text.find(':', at);
-    if (at != text.npos) at = text.find_first_not_of(" ", at + 1);
+    if (at != text.npos) at = text.find_first_not_of(' ', at + 1);
     if (at == text.npos) in_.fail_at_byte("the header has no \"" + key + "\"");
     return text.substr(at);
   }

@@ -59,7 +59,7 @@ std::vector<written_field> fields_of(const std::vector<file_column>& columns) {
 
 std::string header_of(const std::vector<file_column>& columns,
                       const std::vector<written_field>& fields, const auto& cloud,
-                      std::vector<std::string> comments, pcd_format format) {
+                      const std::vector<std::string>& comments, pcd_format format) {
   constexpr std::array types{"I", "U", "I", "U", "I", "U", "F", "F", "I", "U"};
   constexpr std::array formats{"ascii", "binary", "binary_compressed"};
   std::string text = "# .PCD v0.7 - Point Cloud Data file format\n", viewpoint = "0 0 0 1 0 0 0";
@@ -142,7 +142,7 @@ void write_pcd(const point_cloud<S, D>& cloud, const std::filesystem::path& path
           "write_pcd: binary_compressed holds at most 3.5 GiB; choose binary");
   auto comments = cloud.comments;
   if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
-  const auto header = header_of(columns, fields, cloud, std::move(comments), options.format);
+  const auto header = header_of(columns, fields, cloud, comments, options.format);
   with_output(path, [&](detail::output_file& file) {
     const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
     put(header);

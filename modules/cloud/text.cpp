@@ -228,7 +228,7 @@ class text_reader {
     return exceeds_one;
   }
 
-  names usual_names() const {
+  [[nodiscard]] names usual_names() const {
     names all{"x", "y", "z"};
     all.resize(D);
     const names normals = D == 2 ? names{"nx", "ny"} : names{"nx", "ny", "nz"};

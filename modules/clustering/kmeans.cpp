@@ -119,7 +119,8 @@ void kmeans_run<S, D, M>::start_far_apart(index_t k, random_stream random) {
     for (index_t f = block * block_size; f < n; ++f) {
       const double cost = cost_of[static_cast<std::size_t>(f)];
       if (cost > 0) chosen = f;
-      if ((rest -= cost) < 0) break;
+      rest -= cost;
+      if (rest < 0) break;
     }
   }
 }

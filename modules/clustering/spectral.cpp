@@ -81,7 +81,7 @@ component_problem problem_of(const sparse_matrix& w, std::span<const std::int32_
     if (!is_stored) store_diagonal(0);
   }
   turned.finalize();
-  return {std::move(turned), shift};
+  return {turned, shift};
 }
 
 /// An eigenpair of one of the components.

@@ -64,8 +64,10 @@ index_t chosen_dimension(const Eigen::VectorXd& eigenvalues, double total,
   const index_t most = std::min(options.max_dimension, positive);
   if (options.explained) {
     double sum = 0;
-    for (index_t k = 0; k < most; ++k)
-      if ((sum += eigenvalues[k] * eigenvalues[k]) >= *options.explained * total) return k + 1;
+    for (index_t k = 0; k < most; ++k) {
+      sum += eigenvalues[k] * eigenvalues[k];
+      if (sum >= *options.explained * total) return k + 1;
+    }
     return most;
   }
   index_t best = std::min<index_t>(1, most);

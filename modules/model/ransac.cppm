@@ -293,7 +293,7 @@ void ransac_search<F>::improve(candidate& best) const {
     if (!fitted) return;
     const auto value = score(*fitted, best.score.value);
     if (!(value.value > best.score.value)) return;
-    best = {*fitted, value};
+    best = {fitted, value};
   }
 }
 

@@ -22,7 +22,7 @@ struct gathered {
     const S* v = from.first + index * from.stride;
     for (int d = 0; d < 3; ++d) at[d][i] = v[d];
   }
-  CILANTRO_ALWAYS_INLINE numbers get(int d, int i) const {
+  [[nodiscard]] CILANTRO_ALWAYS_INLINE numbers get(int d, int i) const {
     return convert<numbers>(load<vec<S, at_once>>(at[d] + i));
   }
 };

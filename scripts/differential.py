@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Compares answers of the library with those of SciPy, scikit-learn and NumPy, on seeded input of many kinds.
+"""Compares answers of the library with those of SciPy, scikit-learn, NumPy and Open3D, on seeded input of many kinds.
 
 usage: scripts/differential.py [SECONDS [SEED]]     60 seconds and seed 0 if left out
 
-Needs python3-scipy and python3-sklearn, and builds what answers (tests/differential/answers.cpp). Prints each case that
+Needs python3-scipy and python3-sklearn, asks Open3D (python3-open3d) where it is installed, and builds what answers (tests/differential/answers.cpp). Prints each case that
 differs, with the seed that makes it, and returns how many did.
 """
 import pathlib
@@ -14,6 +14,11 @@ import tempfile
 import time
 
 import numpy as np
+
+try:
+    import open3d
+except ImportError:
+    open3d = None
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 KINDS = ["uniform", "clustered", "lattice", "line", "plane", "doubled", "far", "tiny", "huge", "few"]
@@ -99,6 +104,52 @@ def moments(asked, random):
     yield "axes", np.abs(shares[1:] @ shares[1:].T - np.eye(p.shape[1])).max() <= 100 * asked.eps
 
 
+def normals(asked, random):
+    p, n = asked.points, len(asked.points)
+    if n < 4:
+        return
+    k = int(random.integers(3, min(n, 20) + 1))
+    indices = asked.ask("knn", k)[:, :k].astype(int)
+    found = asked.ask("normals", k)
+    near = p[indices] - p[indices].mean(1, keepdims=True)
+    values, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))
+    clear = values[:, -1] > (1e4 * asked.eps * asked.size) ** 2
+    if p.shape[1] > 1:
+        clear &= values[:, 1] - values[:, 0] > 1e-4 * values[:, -1]
+    share = values[:, 0] / np.maximum(values.sum(1), 1e-300)
+    along = np.abs(np.einsum("ni,ni->n", found[:, :-1], vectors[:, :, 0]))
+    yield "normals", (along[clear] > 1 - 1e-6).all()
+    yield "curvature", (np.abs(found[clear, -1] - share[clear]) < 1e-5).all()
+    if open3d and p.shape[1] == 3:
+        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(p))
+        cloud.estimate_normals(open3d.geometry.KDTreeSearchParamKNN(k))
+        # Of points at the same distance, each library takes its own.
+        distances = np.sort(np.linalg.norm(p[:, None] - p[None], axis=2), axis=1)
+        no_tie = distances[:, k] - distances[:, k - 1] > 1e-6 * asked.size if k < n else clear
+        sure = clear & no_tie
+        theirs = np.abs(np.einsum("ni,ni->n", found[:, :-1], np.asarray(cloud.normals)))
+        yield "normals of Open3D", (theirs[sure] > 1 - 1e-5).all()
+
+
+def registration(asked, random):
+    p = asked.points
+    if not open3d or p.shape[1] != 3 or asked.scalar != "double" or len(p) < 20:
+        return
+    iterations = int(random.integers(1, 20))
+    reach, angle = asked.size * float(random.uniform(0.1, 0.5)), float(random.uniform(0.02, 0.3))
+    c, s = np.cos(angle), np.sin(angle)
+    # About the middle: clouds that do not overlap pair all points with the same few.
+    turned = (p - p.mean(0)) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T + p.mean(0)
+    clouds = [open3d.geometry.PointCloud(open3d.utility.Vector3dVector(m)) for m in (turned, p)]
+    methods = open3d.pipelines.registration
+    truth = methods.registration_icp(*clouds, reach, np.eye(4), methods.TransformationEstimationPointToPoint(),
+                                     methods.ICPConvergenceCriteria(0, 0, iterations))
+    found = asked.ask("icp", iterations, reach, angle)
+    if np.linalg.matrix_rank(p - p.mean(0), 1e-6 * asked.size) < 2:
+        return  # Turning about a line is left open.
+    yield "ICP of Open3D", np.abs(found - truth.transformation)[:3].max() <= 1e-6 * max(asked.size, 1)
+
+
 def outliers(asked, random):
     from scipy.spatial import cKDTree
     p, k = asked.points, int(random.integers(1, 10))
@@ -146,7 +197,7 @@ def voxels(asked, random):
     yield "voxels", found.shape == truth.shape and np.abs(found - truth).max() <= 64 * asked.eps * asked.size
 
 
-QUESTIONS = [neighbors, within, moments, outliers, density, components, voxels]
+QUESTIONS = [neighbors, within, moments, normals, registration, outliers, density, components, voxels]
 
 
 def main():

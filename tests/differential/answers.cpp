@@ -73,6 +73,19 @@ matrix answer_of(const std::string& question, const points_of<S>& points, const 
         found.curvature.template cast<double>();
     return answer;
   }
+  if (question == "icp") {
+    const Eigen::Matrix3Xd target = points.template cast<double>();
+    const Eigen::Vector3d middle = target.rowwise().mean();
+    const Eigen::Isometry3d turn = Eigen::Translation3d{middle} *
+                                   Eigen::AngleAxisd{n[2], Eigen::Vector3d::UnitZ()} *
+                                   Eigen::Translation3d{-middle};
+    return align(transform_points(turn, target), target,
+                 {.metric = point_to_point{},
+                  .max_distance = n[1],
+                  .max_iterations = int(n[0]),
+                  .tolerance = 0})
+        .transform.matrix();
+  }
   if (question == "outliers")
     return column_of(
         statistical_outliers(points, {.neighbors = index_t(n[0]), .deviations = n[1]}).kept);

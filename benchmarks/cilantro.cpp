@@ -272,8 +272,8 @@ void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) 
   for (auto _ : state)
     found =
         align(
-            surface_view<float, 3>{view_of(pair.source)},
-            surface_view<float, 3>{view_of(pair.target), view_of(pair.target_normals)},
+            oriented_points_view<float, 3>{view_of(pair.source)},
+            oriented_points_view<float, 3>{view_of(pair.target), view_of(pair.target_normals)},
             {.max_distance = pair.max_distance, .max_iterations = pair.iterations, .tolerance = 0})
             .transform;
   report_pose(state, pair, [&](int i, int k) { return double(found.matrix()(i, k)); });

@@ -1,14 +1,7 @@
 # The units that are compiled once for each set of vector instructions, of which the library chooses
 # at run time. Why: docs/decisions/0017-vector-kernels.md
-set(cilantro_vector_kernels
-  modules/clustering/nearest_centers.cpp
-  modules/geometry/group_means.cpp
-  modules/geometry/plane_fit.cpp
-  modules/geometry/voxel_keys.cpp
-  modules/model/plane_scores.cpp
-  modules/registration/plane_equations.cpp
-  modules/registration/track.cpp
-  modules/search/block_search.cpp)
+file(GLOB_RECURSE cilantro_vector_kernels CONFIGURE_DEPENDS modules/*.cpp)
+list(FILTER cilantro_vector_kernels INCLUDE REGEX "/kernels/")
 
 set(cilantro_kernel_objects)
 # No fused operations: what is computed must not depend on the machine. Square roots set no errno.

@@ -17,7 +17,7 @@ fail() { printf 'cilantro: %s\n' "$*" >&2; exit 1; }
 mode=${1:-all}
 [[ $mode =~ ^(all|kernels|bits)$ ]] || fail 'usage: scripts/arm64.sh [kernels|bits]'
 sysroot=build/arm64-sysroot
-kernels='^(search/.*|geometry/(normals|voxel_grid|depth)|clustering/kmeans|model/ransac|registration/(align|icp|estimator))$'
+kernels='^(search/.*|geometry/(normals|voxel_grid|depth)|clustering/kmeans|consensus/ransac|registration/(align|icp|estimator))$'
 packages=(libc6-dev libeigen3-dev libpng-dev libjpeg62-turbo-dev liblzf-dev libomp-22-dev
   doctest-dev libcli11-dev nlohmann-json3-dev libnanoflann-dev)
 

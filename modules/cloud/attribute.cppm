@@ -66,7 +66,8 @@ attribute select(const attribute& all, std::span<const std::int32_t> indices);
 attribute reduce(const attribute& all, const point_groups& groups);
 
 /// A name that comes twice among `names`; nothing if all are different. O(n log n).
-std::optional<std::string_view> repeated_name(std::vector<std::string_view> names);
+export [[nodiscard]] std::optional<std::string_view> repeated_name(
+    std::vector<std::string_view> names);
 
 /// The values of `a`, then those of `b`. Throws `invalid_input` if their types differ.
 attribute concatenate(attribute a, const attribute& b);

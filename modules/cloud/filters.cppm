@@ -74,7 +74,7 @@ export template <Scalar S, int D, PointChoice W>
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> remove_invalid(point_cloud<S, D> cloud) {
   expect_consistent(cloud, "remove_invalid");
-  const auto kept = finite_columns<S, closed_dimension<D>>(as_points(cloud.points));
+  const auto kept = finite_columns(closed_points(cloud));
   if (std::ssize(kept) == cloud.size()) return cloud;
   return gather(cloud, kept);
 }

@@ -156,6 +156,21 @@ std::ostream& operator<<(std::ostream& out, const point_cloud<S, D>& cloud) {
   return out;
 }
 
+void expect_consistent(index_t points, index_t normals, index_t colors,
+                       std::span<const attribute> attributes, const char* who);
+
+/// A cloud is its points, with its normals and its origin, wherever points are asked for. Throws
+/// `invalid_input` for one that has other numbers of normals or colours than of points.
+template <Scalar S, int D>
+struct points_traits<point_cloud<S, D>> {
+  static auto view(const point_cloud<S, D>& cloud) {
+    expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), {}, "cloud");
+    return as_points(cloud.points);
+  }
+  static auto normals(const point_cloud<S, D>& cloud) { return as_points(cloud.normals); }
+  static auto origin(const point_cloud<S, D>& cloud) { return cloud.full_origin(); }
+};
+
 /// A `point_cloud` of any scalar and dimension.
 export template <class T>
 concept PointCloud = requires(const std::remove_cvref_t<T>& c) {
@@ -179,13 +194,10 @@ coordinates point_cloud<S, D>::to_local(const coordinates& world) const {
   return world.as<double, D>(dimension(), "") - origin;
 }
 
-void expect_consistent(index_t points, index_t normals, index_t colors,
-                       std::span<const attribute> attributes, const char* who);
-
 /// Throws `invalid_input`, naming the function `who`, if normals, colours or an attribute do not
 /// have one entry per point, if two attributes have one name, if width and height are not those of
 /// the points, or if the origin is not finite or of another dimension.
-template <Scalar S, int D>
+export template <Scalar S, int D>
 void expect_consistent(const point_cloud<S, D>& cloud, const char* who) {
   expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), cloud.attributes, who);
   expects(!cloud.has_normals() || cloud.normals.rows() == cloud.dimension(),
@@ -338,15 +350,6 @@ export template <Scalar S, int D, CovarianceEstimator<S, D> E>
                       estimate_normals(cloud.points, spec, estimate, local_to(cloud, options)));
 }
 
-/// How `voxel_downsample` reduces a cloud.
-export struct voxel_downsample_options {
-  index_t min_points = 1;                  ///< Cells with fewer points are left out.
-  std::optional<coordinates> origin = {};  ///< A corner that cells share; zero if none is given.
-  voxel_pick pick = voxel_pick::mean;      ///< What stands for a cell.
-  int threads = 0;
-  task_monitor monitor = {};
-};
-
 /// One point per occupied cell, as `voxel_downsample` on points: the mean of the points, of the
 /// normals (turned to one side, at unit length) and of the colours of a cell; attributes as a mean
 /// if they are floating, as the lower median if they are integers. Or one of the points of the
@@ -364,20 +367,9 @@ export template <Scalar S, int D>
         coordinates{point_vector<double, D>::Zero(cloud.dimension()).eval()}));
   const voxel_grid<S, D> grid{as_points(cloud.points), size, cells};
   const execution how{.threads = options.threads};
-  switch (options.pick) {
-    case voxel_pick::mean:
-      break;
-    case voxel_pick::first:
-      return gather(cloud, std::span<const std::int32_t>{first_of_groups(grid.groups())});
-    case voxel_pick::nearest_to_center:
-      return gather(cloud,
-                    std::span<const std::int32_t>{nearest_to_centers(cloud.points, grid, how)});
-    case voxel_pick::medoid_of_normals:
-      expects(cloud.has_normals() || cloud.empty(),
-              "voxel_downsample: the cloud has no normals to compare; estimate them first");
-      return gather(cloud, std::span<const std::int32_t>{
-                               medoids_of_normals(cloud.normals, grid.groups(), how)});
-  }
+  if (options.pick != voxel_pick::mean)
+    return gather(cloud,
+                  std::span<const std::int32_t>{representatives(cloud, grid, options.pick, how)});
   point_cloud<S, D> reduced;
   reduced.points = group_means(cloud.points, grid.groups(), how);
   if (cloud.has_normals()) reduced.normals = group_directions(cloud.normals, grid.groups(), how);

@@ -12,7 +12,7 @@ module;
 #include <span>
 #include <vector>
 
-#include "clustering/nearest_centers.hpp"
+#include "clustering/kernels/nearest_centers.hpp"
 module cilantro.clustering:centroid_search;
 
 import cilantro.eigen;
@@ -28,12 +28,11 @@ struct centers_kernels {
   detail::doubtful_points<S>* doubtful;
 };
 template <Scalar S, int D>
-const centers_kernels<S, D>& kernels() {
-#define CILANTRO_ENTRY(target) \
-  {detail::target::nearest_centers_in<S, D>(), detail::target::doubtful_points_in<S, D>()},
-  static const centers_kernels<S, D> all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
-#undef CILANTRO_ENTRY
-  return all[static_cast<int>(current_vector_target())];
+centers_kernels<S, D> kernels() {
+  return detail::for_target(static_cast<int>(current_vector_target()), []<detail::kernel_target V> {
+    return centers_kernels<S, D>{detail::nearest_centers_in<V, S, D>(),
+                                 detail::doubtful_points_in<V, S, D>()};
+  });
 }
 
 /// The two centres nearest to a point: by a vector kernel, or by a tree where that is faster than

@@ -6,7 +6,6 @@ export module cilantro.clustering;
 export import cilantro.core;
 export import cilantro.search;
 export import cilantro.geometry;
-export import cilantro.cloud;
 export import :clusters;
 export import :connected_components;
 export import :dbscan;

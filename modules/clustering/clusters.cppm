@@ -3,7 +3,6 @@ export module cilantro.clustering:clusters;
 
 import cilantro.standard;
 import cilantro.core;
-import cilantro.cloud;
 
 namespace cilantro {
 

@@ -4,7 +4,6 @@ export module cilantro.clustering:connected_components;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :clusters;
 
 namespace cilantro {
@@ -91,12 +90,12 @@ template <NeighborSearcher T, SimilarityFunction<typename T::scalar> F>
 /// not kept: memory is O(N), about 20 bytes a point beside the searcher, for any neighbourhood.
 /// Points that are not finite are in no component. Throws `invalid_input` unless the searcher can
 /// be that of the points.
-export template <NeighborSearcher T, PointsOrCloud P,
+export template <NeighborSearcher T, PointsSource P,
                  SimilarityFunction<typename T::scalar> F = every_neighbor>
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,
                                             neighborhood_spec spec, const F& similar = {},
                                             const components_options& options = {}) {
-  const points_view<typename T::scalar, T::static_dimension> view = places_in(points);
+  const points_view<typename T::scalar, T::static_dimension> view = points_in(points);
   expects(view.size() == index_t(searcher.size()),
           "connected_components: searcher and points must have the same size");
   expect_sensible(options, view.size());
@@ -105,12 +104,11 @@ export template <NeighborSearcher T, PointsOrCloud P,
 }
 
 /// As above, through a kd-tree.
-export template <PointsOrCloud P,
-                 SimilarityFunction<typename places_view_of<P>::scalar> F = every_neighbor>
+export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = every_neighbor>
 [[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
                                             const F& similar = {},
                                             const components_options& options = {}) {
-  const auto view = places_in(points);
+  const auto view = points_in(points);
   if (view.empty()) return {};
   expect_sensible(options, view.size());
   // The tree is gone before the components are.

@@ -4,7 +4,6 @@ export module cilantro.clustering:dbscan;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :clusters;
 import :connected_components;
 
@@ -31,11 +30,11 @@ export struct dbscan_result : clusters {
 /// points; `cancelled`.
 /// Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for discovering clusters";
 /// the components are those of definition 5.
-export template <NeighborSearcher T, PointsOrCloud P>
+export template <NeighborSearcher T, PointsSource P>
 [[nodiscard]] dbscan_result dbscan(const T& searcher, const P& points,
                                    const dbscan_options& options) {
   using S = typename T::scalar;
-  const points_view<S, T::static_dimension> view = places_in(points);
+  const points_view<S, T::static_dimension> view = points_in(points);
   const index_t n = view.size();
   expects(n == index_t(searcher.size()), "dbscan: searcher and points must have the same size");
   expect_from(1, double(options.min_points), "dbscan: min_points");
@@ -82,9 +81,9 @@ export template <NeighborSearcher T, PointsOrCloud P>
 }
 
 /// As above, through a kd-tree.
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] dbscan_result dbscan(const P& points, const dbscan_options& options) {
-  const auto view = places_in(points);
+  const auto view = points_in(points);
   if (view.empty()) return {};
   return dbscan(kd_tree{view, {.threads = options.threads}}, view, options);
 }

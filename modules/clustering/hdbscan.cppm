@@ -4,7 +4,6 @@ export module cilantro.clustering:hdbscan;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :clusters;
 
 namespace cilantro {
@@ -40,12 +39,12 @@ export template <Scalar S>
                                      const hdbscan_options& options = {});
 
 /// As above, over the `neighbors` nearest of each point (at least `min_points` are taken).
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] hdbscan_result hdbscan(const P& points, knn neighbors,
                                      const hdbscan_options& options = {},
                                      const execution& how = {}) {
   (void)neighborhood_spec{neighbors};  // Which refuses what is no number of neighbours.
-  const auto view = places_in(points);
+  const auto view = points_in(points);
   if (view.empty()) return {};
   const kd_tree tree{view, {.threads = how.threads}};
   const knn spec{std::max(neighbors.k, options.min_points)};

@@ -12,7 +12,7 @@ module;
 #include <utility>
 #include <vector>
 
-#include "clustering/nearest_centers.hpp"
+#include "clustering/kernels/nearest_centers.hpp"
 #include "core/closed_spaces.hpp"
 module cilantro.clustering;
 

@@ -4,7 +4,6 @@ export module cilantro.clustering:kmeans;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :clusters;
 
 namespace cilantro {
@@ -44,11 +43,11 @@ struct kmeans_result : clusters {
 
   /// The number of the nearest centre of each point, of equally near ones the first; −1 for points
   /// that are not finite. Throws `invalid_input` for points of another dimension.
-  template <PointsOrCloud P>
+  template <PointsSource P>
   [[nodiscard]] std::vector<clusters::label> assign(const P& points,
                                                     const execution& how = {}) const {
     constexpr int C = closed_dimension<D>;
-    return closed_nearest<S, C, M>(points_in(centroids), places_in(points), how);
+    return closed_nearest<S, C, M>(points_in(centroids), points_in(points), how);
   }
 };
 
@@ -57,13 +56,13 @@ template <Scalar S, int D, CoordinateMetric<S> M>
 kmeans_result<S, D, M> closed_kmeans(points_view<S, D> points, index_t k, points_view<S, D> initial,
                                      const kmeans_options& options);
 
-template <CoordinateMetric M, PointsOrCloud P>
-[[nodiscard]] auto kmeans_by(const P& points, index_t k, places_view_of<P> initial,
+template <CoordinateMetric M, PointsSource P>
+[[nodiscard]] auto kmeans_by(const P& points, index_t k, points_view_of<P> initial,
                              const kmeans_options& options) {
-  using view = places_view_of<P>;
+  using view = points_view_of<P>;
   using S = typename view::scalar;
   constexpr int D = view::static_dimension;
-  auto found = closed_kmeans<S, closed_dimension<D>, M>(places_in(points), k, initial, options);
+  auto found = closed_kmeans<S, closed_dimension<D>, M>(points_in(points), k, initial, options);
   if constexpr (D == closed_dimension<D>)
     return found;
   else
@@ -87,13 +86,13 @@ template <CoordinateMetric M, PointsOrCloud P>
 /// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly
 /// 2010, "Making k-means even faster". The two nearest centres come from a look at all of them,
 /// many points at a time, or from a kd-tree where there are many centres.
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] auto kmeans(const P& points, index_t k, const kmeans_options& options = {}) {
   return kmeans_by<euclidean>(points, k, {}, options);
 }
 /// As above from given centres, `Dim × k`; one start. Throws `invalid_input` also for centres that
 /// are not finite or of another dimension.
-export template <PointsOrCloud P, PointsSource C>
+export template <PointsSource P, PointsSource C>
 [[nodiscard]] auto kmeans(const P& points, const C& centroids, const kmeans_options& options = {}) {
   const auto initial = points_in(centroids);
   return kmeans_by<euclidean>(points, initial.size(), initial, options);
@@ -101,11 +100,11 @@ export template <PointsOrCloud P, PointsSource C>
 
 /// As `kmeans` by distances along the axes (L1), whose best centres are the medians of each
 /// coordinate: few far points do not move them.
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] auto kmedians(const P& points, index_t k, const kmeans_options& options = {}) {
   return kmeans_by<manhattan>(points, k, {}, options);
 }
-export template <PointsOrCloud P, PointsSource C>
+export template <PointsSource P, PointsSource C>
 [[nodiscard]] auto kmedians(const P& points, const C& centroids,
                             const kmeans_options& options = {}) {
   const auto initial = points_in(centroids);

@@ -4,7 +4,6 @@ export module cilantro.clustering:mean_shift;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :clusters;
 import :kernel;
 import :kmeans;
@@ -186,21 +185,21 @@ template <Scalar S, int D, Kernel K>
 /// `cancelled`.
 /// Source: Fukunaga & Hostetler 1975; Comaniciu & Meer 2002, "Mean shift: a robust approach toward
 /// feature space analysis", equation 20, of which the kernel here is G.
-export template <PointsOrCloud P, Kernel K = gaussian_kernel>
+export template <PointsSource P, Kernel K = gaussian_kernel>
 [[nodiscard]] auto mean_shift(const P& points, positive bandwidth, const K& kernel = {},
                               const mean_shift_options& options = {}) {
-  const auto view = places_in(points);
+  const auto view = points_in(points);
   return shift_all(view, view, true, bandwidth, kernel, options);
 }
 
 /// As above from some seeds only, which may lie anywhere; each point is then in the cluster of the
 /// nearest mode, and a mode that is nearest to none is left out.
-export template <PointsOrCloud P, PointsSource Q, Kernel K = gaussian_kernel>
-  requires std::same_as<scalar_of<Q>, typename places_view_of<P>::scalar>
+export template <PointsSource P, PointsSource Q, Kernel K = gaussian_kernel>
+  requires std::same_as<scalar_of<Q>, scalar_of<P>>
 [[nodiscard]] auto mean_shift(const P& points, const Q& seeds, positive bandwidth,
                               const K& kernel = {}, const mean_shift_options& options = {}) {
-  const places_view_of<P> view = places_in(points);
-  return shift_all(view, places_view_of<P>{points_in(seeds)}, false, bandwidth, kernel, options);
+  const points_view_of<P> view = points_in(points);
+  return shift_all(view, points_view_of<P>{points_in(seeds)}, false, bandwidth, kernel, options);
 }
 
 }  // namespace cilantro

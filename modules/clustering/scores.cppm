@@ -4,7 +4,6 @@ export module cilantro.clustering:scores;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :clusters;
 
 namespace cilantro {
@@ -33,16 +32,16 @@ std::vector<double> closed_silhouettes(points_view<S, D> points,
 /// finite, and where there is one cluster only. Throws `invalid_input` unless there is one label a
 /// point. O(N²).
 /// Source: Rousseeuw 1987, "Silhouettes".
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] std::vector<double> silhouettes(const P& points, std::span<const std::int32_t> labels,
                                               const execution& how = {}) {
-  using view = places_view_of<P>;
+  using view = points_view_of<P>;
   return closed_silhouettes<typename view::scalar, closed_dimension<view::static_dimension>>(
-      places_in(points), labels, how);
+      points_in(points), labels, how);
 }
 
 /// The mean of the silhouettes of the points that have a cluster; 0 if none has.
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] double silhouette(const P& points, std::span<const std::int32_t> labels,
                                 const execution& how = {}) {
   double sum = 0;

@@ -7,6 +7,7 @@ export import cilantro.eigen;
 export import :error;
 export import :indexed_iterator;
 export import :points;
+export import :oriented_points;
 export import :sizes;
 export import :coordinates;
 export import :image;

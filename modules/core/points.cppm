@@ -115,7 +115,10 @@ class points_view {
 ///       static points_view<float, 3> view(const my_scan& s) { return {s.xyz, s.count, 4}; }
 ///     };
 ///
-/// The view must look at the argument's own storage, not at a copy.
+/// The view must look at the argument's own storage, not at a copy. Two more are used where they
+/// are there: `normals(s)`, a view of one normal a point, of unit length or zero if unknown, or of
+/// none at all; and `origin(s)`, a vector in double that is added to all points to have them in the
+/// world.
 export template <class T>
 struct points_traits;
 
@@ -173,6 +176,17 @@ export template <BorrowedPoints T>
 export template <PointsSource T>
 [[nodiscard]] auto points_in(const T& source) {
   return points_traits<T>::view(source);
+}
+
+/// The dimension whose compiled code serves dimension D: 2, 3, or any at run time.
+export template <int D>
+inline constexpr int closed_dimension = D == 2 || D == 3 ? D : dynamic;
+
+/// Points in that dimension, for the length of a call.
+export template <PointsSource T>
+[[nodiscard]] auto closed_points(const T& source)
+    -> points_view<scalar_of<T>, closed_dimension<dimension_of<T>>> {
+  return points_in(source);
 }
 
 template <Scalar S, int D>

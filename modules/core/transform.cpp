@@ -7,6 +7,12 @@ module;
 module cilantro.core;
 
 namespace cilantro {
+namespace {
+
+/// Relative to the largest one, singular values below this are rounding.
+constexpr double negligible_singular_value = 1e-10;
+
+}  // namespace
 
 template <Scalar S, int D>
 void apply_affine(points_view<S, D> points, const Eigen::Matrix<S, D, D>& linear,
@@ -41,10 +47,22 @@ Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear) {
   expects(linear.rows() == linear.cols() && linear.allFinite(),
           "nearest_rotation: the matrix must be square and finite");
   if (linear.size() == 0) return linear;
-  auto [values, u, v] = decompose_singular(linear);
-  // The least singular value gives way to a mirrored answer.
-  if (determinant(u) * determinant(v) < 0) u.rightCols(1) *= -1;
-  return u * v.transpose();
+  const index_t d = linear.rows();
+  const auto [values, u, v] = decompose_singular(linear);
+  const double side = determinant(u) * determinant(v) < 0 ? -1 : 1;
+  index_t rank = 0;
+  while (rank < d && values[rank] > negligible_singular_value * values[0]) ++rank;
+  Eigen::MatrixXd middle = Eigen::MatrixXd::Identity(d, d);
+  if (const index_t free = d - rank; free > 0) {
+    Eigen::MatrixXd mirror = Eigen::MatrixXd::Identity(free, free);
+    mirror(free - 1, free - 1) = side;
+    middle.bottomRightCorner(free, free) =
+        nearest_rotation(u.rightCols(free).transpose() * v.rightCols(free) * mirror) * mirror;
+  } else {
+    // The least singular value gives way to a mirrored answer.
+    middle(d - 1, d - 1) = side;
+  }
+  return u * middle * v.transpose();
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                              \

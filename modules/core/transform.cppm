@@ -8,10 +8,6 @@ import :points;
 
 namespace cilantro {
 
-/// The dimension whose compiled code serves dimension D: 2, 3, or any at run time.
-export template <int D>
-inline constexpr int closed_dimension = D == 2 || D == 3 ? D : dynamic;
-
 /// A map of points `p ↦ linear · p + translation`, of any dimension: every `Eigen::Transform` of
 /// mode `Isometry`, `Affine` or `AffineCompact`, and `run_time_transform`. Transforms of a
 /// registration map the source to the target.
@@ -123,9 +119,28 @@ export template <AffineMap T, class L, class V>
   return transform;
 }
 
+/// A map of points in its two parts, in S: p ↦ linear · p + translation.
+export template <Scalar S, int D>
+struct affine_parts {
+  Eigen::Matrix<S, D, D> linear;
+  point_vector<S, D> translation;
+
+  affine_parts() = default;
+  affine_parts(Eigen::Matrix<S, D, D> linear_part, point_vector<S, D> translation_part)
+      : linear{std::move(linear_part)}, translation{std::move(translation_part)} {}
+  template <AffineMap T>
+  explicit affine_parts(const T& t)
+      : linear{t.linear().template cast<S>()}, translation{t.translation().template cast<S>()} {}
+
+  template <class V>
+  [[nodiscard]] point_vector<S, D> operator()(const Eigen::MatrixBase<V>& p) const {
+    return linear * p.template cast<S>() + translation;
+  }
+};
+
 /// The rotation nearest to a square matrix in the Frobenius norm: with determinant 1, never a
-/// reflection. Where several are equally near, one of them.
-/// Throws `invalid_input` for a matrix that is not square or not finite.
+/// reflection. Planes of which the matrix says nothing turn as little as possible: a matrix of
+/// zeros gives the identity. Throws `invalid_input` for a matrix that is not square or not finite.
 /// Source: Umeyama 1991, "Least-squares estimation of transformation parameters", lemma.
 export [[nodiscard]] Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear);
 

@@ -6,7 +6,6 @@ export module cilantro.embedding;
 export import cilantro.core;
 export import cilantro.search;
 export import cilantro.geometry;
-export import cilantro.cloud;
 export import :multidimensional_scaling;
 export import :shortest_paths;
 export import :isomap;

@@ -4,7 +4,6 @@ export module cilantro.embedding:isomap;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import cilantro.cloud;
 import :multidimensional_scaling;
 
 namespace cilantro {
@@ -33,10 +32,10 @@ export template <Scalar S>
 
 /// As above, over the graph of the points' neighbourhoods. Points that are not finite are not
 /// embedded.
-export template <PointsOrCloud P>
+export template <PointsSource P>
 [[nodiscard]] isomap_result isomap(const P& points, neighborhood_spec spec,
                                    const embedding_options& options = {}) {
-  const auto view = places_in(points);
+  const auto view = points_in(points);
   if (view.empty()) return {};
   expects(view.size() <= most_isomap_points,
           "isomap: there are too many points for all distances; take a sample");

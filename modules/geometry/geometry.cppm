@@ -17,3 +17,8 @@ export import :accumulate;
 export import :voxel_pick;
 export import :depth;
 export import :contract;
+export import :hyperplane;
+export import :line;
+export import :sphere;
+export import :circle;
+export import :cylinder;

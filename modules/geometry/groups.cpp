@@ -4,7 +4,7 @@ module;
 #include <cstdint>
 
 #include "core/closed_spaces.hpp"
-#include "geometry/group_means.hpp"
+#include "geometry/kernels/group_means.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
@@ -20,10 +20,9 @@ constexpr index_t group_block_size = 512;
 
 template <Scalar S, int D>
 detail::group_means<S>& means_kernel() {
-#define CILANTRO_ENTRY(target) detail::target::group_means_in<S, D>(),
-  static detail::group_means<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
-#undef CILANTRO_ENTRY
-  return *all[static_cast<int>(current_vector_target())];
+  return *detail::for_target(
+      static_cast<int>(current_vector_target()),
+      []<detail::kernel_target V> { return detail::group_means_in<V, S, D>(); });
 }
 
 }  // namespace

@@ -35,8 +35,7 @@ export template <PointsSource P>
 [[nodiscard]] auto mean_and_covariance(const P& points, const execution& how = {})
     -> std::optional<moments<scalar_of<P>, dimension_of<P>>> {
   constexpr int D = dimension_of<P>;
-  return with_dimension<scalar_of<P>, D>(
-      closed_moments<scalar_of<P>, closed_dimension<D>>(points_in(points), how));
+  return with_dimension<scalar_of<P>, D>(closed_moments(closed_points(points), how));
 }
 
 /// As above, of the points with the given indices, which may repeat.

@@ -12,7 +12,7 @@ module;
 #include <vector>
 
 #include "core/closed_spaces.hpp"
-#include "geometry/plane_fit.hpp"
+#include "geometry/kernels/plane_fit.hpp"
 module cilantro.geometry;
 
 namespace cilantro {
@@ -161,10 +161,8 @@ struct estimated_fit {
 
 template <Scalar S>
 detail::plane_fit<S>* plane_kernel() {
-#define CILANTRO_ENTRY(target) detail::target::plane_fit_in<S>(),
-  static detail::plane_fit<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
-#undef CILANTRO_ENTRY
-  return all[static_cast<int>(current_vector_target())];
+  return detail::for_target(static_cast<int>(current_vector_target()),
+                            []<detail::kernel_target V> { return detail::plane_fit_in<V, S>(); });
 }
 
 /// Where fitted planes go, with their normals on the side that is asked for.

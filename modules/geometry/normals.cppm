@@ -65,8 +65,7 @@ export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
-  auto found = closed_normals<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
-                                                                               spec, options);
+  auto found = closed_normals(closed_points(points), spec, options);
   return {std::move(found.normals), std::move(found.curvature)};
 }
 
@@ -76,31 +75,42 @@ export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
-  auto found = closed_normals<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
-                                                                               near, options);
+  auto found = closed_normals(closed_points(points), near, options);
+  return {std::move(found.normals), std::move(found.curvature)};
+}
+
+/// The normals whose covariances `estimate` finds.
+template <PointsSource P, class Near, class E>
+[[nodiscard]] auto normals_by(const P& points, const Near& near, const E& estimate,
+                              const normals_options& options)
+    -> normals_result<scalar_of<P>, dimension_of<P>> {
+  using S = scalar_of<P>;
+  constexpr int D = dimension_of<P>;
+  constexpr int C = closed_dimension<D>;
+  const auto view = points_in(points);
+  const covariance_function<S, C> by = [&](points_view<S, C>, std::span<const std::int32_t> some) {
+    return with_dimension<S, C>(std::optional<moments<S, D>>{estimate(view, some)});
+  };
+  auto found = closed_normals_by<S, C, Near>(view, near, options, by);
   return {std::move(found.normals), std::move(found.curvature)};
 }
 
 /// As above, from the covariance that an estimator of yours finds for each neighbourhood: robust
 /// normals are `estimate_normals(points, knn{30}, minimum_covariance_determinant{})`. Undetermined
-/// are also the points for which it has no answer. `near` is a specification or neighbourhoods.
-export template <PointsSource P, class Near, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
-  requires std::convertible_to<const Near&, neighborhood_spec> ||
-           std::same_as<Near, neighborhoods<scalar_of<P>>>
-[[nodiscard]] auto estimate_normals(const P& points, const Near& near, const E& estimate,
+/// are also the points for which it has no answer.
+export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
+[[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec, const E& estimate,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
-  using S = scalar_of<P>;
-  constexpr int D = dimension_of<P>;
-  constexpr int C = closed_dimension<D>;
-  using near_type =
-      std::conditional_t<std::same_as<Near, neighborhoods<S>>, neighborhoods<S>, neighborhood_spec>;
-  const auto view = points_in(points);
-  const covariance_function<S, C> by = [&](points_view<S, C>, std::span<const std::int32_t> some) {
-    return with_dimension<S, C>(std::optional<moments<S, D>>{estimate(view, some)});
-  };
-  auto found = closed_normals_by<S, C, near_type>(view, near, options, by);
-  return {std::move(found.normals), std::move(found.curvature)};
+  return normals_by(points, spec, estimate, options);
+}
+
+/// As above, of neighbourhoods that are known.
+export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
+[[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
+                                    const E& estimate, const normals_options& options = {})
+    -> normals_result<scalar_of<P>, dimension_of<P>> {
+  return normals_by(points, near, estimate, options);
 }
 
 /// Turns each normal, in place, so that it points from its point towards `viewpoint`.

@@ -41,8 +41,7 @@ selection closed_outliers(points_view<S, D> points, const radius_outlier_options
 export template <PointsSource P>
 [[nodiscard]] selection statistical_outliers(const P& points,
                                              const statistical_outlier_options& options = {}) {
-  return closed_outliers<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
-                                                                          options);
+  return closed_outliers(closed_points(points), options);
 }
 
 /// Tells points from outliers by how many others there are within a radius, a point exactly there
@@ -50,8 +49,7 @@ export template <PointsSource P>
 /// Throws `invalid_input` for a negative number of neighbours, or a radius that is negative or NaN.
 export template <PointsSource P>
 [[nodiscard]] selection radius_outliers(const P& points, const radius_outlier_options& options) {
-  return closed_outliers<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
-                                                                          options);
+  return closed_outliers(closed_points(points), options);
 }
 
 }  // namespace cilantro

@@ -34,8 +34,7 @@ std::vector<std::int32_t> closed_farthest_points(points_view<S, D> points, index
 export template <PointsSource P>
 [[nodiscard]] std::vector<std::int32_t> farthest_point_sample(
     const P& points, index_t count, const farthest_point_options& options = {}) {
-  return closed_farthest_points<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
-                                                                                 count, options);
+  return closed_farthest_points(closed_points(points), count, options);
 }
 
 }  // namespace cilantro

@@ -10,7 +10,7 @@ module;
 #include <vector>
 
 #include "core/closed_spaces.hpp"
-#include "geometry/voxel_keys.hpp"
+#include "geometry/kernels/voxel_keys.hpp"
 module cilantro.geometry;
 
 import :key_sorter;
@@ -60,12 +60,10 @@ struct voxel_kernels {
   detail::finite_range<S>* range;
 };
 template <Scalar S>
-const voxel_kernels<S>& key_kernels() {
-#define CILANTRO_ENTRY(target) \
-  {detail::target::voxel_keys_in<S>(), detail::target::finite_range_in<S>()},
-  static const voxel_kernels<S> all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
-#undef CILANTRO_ENTRY
-  return all[static_cast<int>(current_vector_target())];
+voxel_kernels<S> key_kernels() {
+  return detail::for_target(static_cast<int>(current_vector_target()), []<detail::kernel_target V> {
+    return voxel_kernels<S>{detail::voxel_keys_in<V, S>(), detail::finite_range_in<V, S>()};
+  });
 }
 
 template <Scalar S, int D>

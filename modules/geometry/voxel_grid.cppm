@@ -194,8 +194,7 @@ export template <PointsSource P>
 [[nodiscard]] auto group_means(const P& values, const point_groups& groups,
                                const execution& how = {}) {
   return point_matrix<scalar_of<P>, dimension_of<P>>(
-      closed_group_means<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(values), groups,
-                                                                          how));
+      closed_group_means(closed_points(values), groups, how));
 }
 
 /// The mean direction of each group of unit vectors, `Dim × groups`, at unit length. Directions are
@@ -205,17 +204,7 @@ export template <PointsSource P>
 [[nodiscard]] auto group_directions(const P& directions, const point_groups& groups,
                                     const execution& how = {}) {
   return point_matrix<scalar_of<P>, dimension_of<P>>(
-      closed_group_directions<scalar_of<P>, closed_dimension<dimension_of<P>>>(
-          points_in(directions), groups, how));
-}
-
-/// One point per occupied cell of a grid: the mean of the points in it, in the order of
-/// `voxel_grid`. Non-finite points are dropped. Throws as `voxel_grid` does.
-export template <PointsSource P>
-[[nodiscard]] auto voxel_downsample(const P& points, const voxel_size& size,
-                                    const voxel_options& options = {}) {
-  const voxel_grid grid{points_in(points), size, options};
-  return group_means(points, grid.groups(), {.threads = options.threads});
+      closed_group_directions(closed_points(directions), groups, how));
 }
 
 }  // namespace cilantro

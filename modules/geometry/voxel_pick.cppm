@@ -47,8 +47,51 @@ export template <PointsSource P>
 [[nodiscard]] std::vector<std::int32_t> medoids_of_normals(const P& normals,
                                                            const point_groups& groups,
                                                            const execution& how = {}) {
-  return closed_medoids<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(normals), groups,
-                                                                         how);
+  return closed_medoids(closed_points(normals), groups, how);
+}
+
+/// The point that stands for each cell; `pick` is not the mean. `points` must be those of the grid.
+/// Throws `invalid_input` if normals are to be compared and the points have none.
+export template <PointsSource P>
+[[nodiscard]] std::vector<std::int32_t> representatives(
+    const P& points, const voxel_grid<scalar_of<P>, dimension_of<P>>& grid, voxel_pick pick,
+    const execution& how = {}) {
+  expects(pick != voxel_pick::mean, "representatives: a mean is none of the points");
+  if (pick == voxel_pick::first) return first_of_groups(grid.groups());
+  if (pick == voxel_pick::nearest_to_center) return nearest_to_centers(points, grid, how);
+  const auto normals = normals_in(points);
+  expects(!normals.empty() || points_in(points).empty(),
+          "voxel_downsample: there are no normals to compare; estimate them first");
+  return medoids_of_normals(normals, grid.groups(), how);
+}
+
+/// How `voxel_downsample` reduces points or a cloud.
+export struct voxel_downsample_options {
+  index_t min_points = 1;                  ///< Cells with fewer points are left out.
+  std::optional<coordinates> origin = {};  ///< A corner that cells share; zero if none is given.
+  voxel_pick pick = voxel_pick::mean;      ///< What stands for a cell.
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// One point per occupied cell of a grid, in the order of `voxel_grid`: the mean of the points in
+/// it, or one of them. Non-finite points are dropped. Throws as `voxel_grid` and `representatives`
+/// do.
+export template <PointsSource P>
+[[nodiscard]] auto voxel_downsample(const P& points, const voxel_size& size,
+                                    const voxel_downsample_options& options = {})
+    -> point_matrix<scalar_of<P>, dimension_of<P>> {
+  const voxel_grid grid{points_in(points),
+                        size,
+                        {options.min_points, options.origin, options.threads, options.monitor}};
+  const execution how{.threads = options.threads};
+  if (options.pick == voxel_pick::mean) return group_means(points, grid.groups(), how);
+  const auto picked = representatives(points, grid, options.pick, how);
+  point_matrix<scalar_of<P>, dimension_of<P>> kept(points_in(points).dimension(),
+                                                   std::ssize(picked));
+  for (index_t k = 0; k < kept.cols(); ++k)
+    kept.col(k) = points_in(points)[picked[static_cast<std::size_t>(k)]];
+  return kept;
 }
 
 }  // namespace cilantro

@@ -13,9 +13,9 @@ module cilantro.registration;
 namespace cilantro {
 
 template <Scalar S, int D>
-prepared_surface<S, D> prepare(const align_input<S, D>& input, double voxel, bool needs_normals,
-                               const neighborhood_spec& spec, const execution& how) {
-  prepared_surface<S, D> prepared{input.surface, {}, {}};
+prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel, bool needs_normals,
+                              const neighborhood_spec& spec, const execution& how) {
+  prepared_points<S, D> prepared{input.surface, {}, {}};
   const auto& [points, normals] = input.surface;
   if (voxel > 0 && !points.empty()) {
     const voxel_grid<S, D> grid{
@@ -36,8 +36,9 @@ template <Scalar S, int D, class T>
 icp_result<T> align_scales(
     const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
     const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
-    const std::function<erased_estimator<T>(const surface_view<S, D>& source,
-                                            const surface_view<S, D>& target)>& make_estimator) {
+    const std::function<erased_estimator<T>(const oriented_points_view<S, D>& source,
+                                            const oriented_points_view<S, D>& target)>&
+        make_estimator) {
   const std::vector<align_scale> scales =
       options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
   for (const auto& scale : scales)
@@ -87,19 +88,19 @@ icp_result<T> align_scales(
   return result;
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                               \
-  template prepared_surface<S, D> prepare(const align_input<S, D>&, double, bool,                \
-                                          const neighborhood_spec&, const execution&);           \
-  template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(          \
-      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,          \
-      const align_options<rigid_transform<S, D>>&, bool, bool,                                   \
-      const std::function<erased_estimator<rigid_transform<S, D>>(const surface_view<S, D>&,     \
-                                                                  const surface_view<S, D>&)>&); \
-  template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>(        \
-      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,         \
-      const align_options<affine_transform<S, D>>&, bool, bool,                                  \
-      const std::function<erased_estimator<affine_transform<S, D>>(const surface_view<S, D>&,    \
-                                                                   const surface_view<S, D>&)>&);
+#define CILANTRO_INSTANTIATE(S, D)                                                        \
+  template prepared_points<S, D> prepare(const align_input<S, D>&, double, bool,          \
+                                         const neighborhood_spec&, const execution&);     \
+  template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
+      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,   \
+      const align_options<rigid_transform<S, D>>&, bool, bool,                            \
+      const std::function<erased_estimator<rigid_transform<S, D>>(                        \
+          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);       \
+  template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
+      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,  \
+      const align_options<affine_transform<S, D>>&, bool, bool,                           \
+      const std::function<erased_estimator<affine_transform<S, D>>(                       \
+          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

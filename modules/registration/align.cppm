@@ -17,7 +17,6 @@ import :nearest_neighbor;
 import :normal_equations;
 import :point_to_point;
 import :residual;
-import :surface;
 
 namespace cilantro {
 
@@ -58,13 +57,13 @@ struct align_options {
 
 /// Points, with normals where they are known, that own their storage if they have been reduced.
 template <Scalar S, int D>
-struct prepared_surface {
-  surface_view<S, D> given;
+struct prepared_points {
+  oriented_points_view<S, D> given;
   point_matrix<S, D> points, normals;
 
-  [[nodiscard]] surface_view<S, D> view() const {
-    return surface_view<S, D>{points.cols() > 0 ? as_points(points) : given.points,
-                              normals.cols() > 0 ? as_points(normals) : given.normals};
+  [[nodiscard]] oriented_points_view<S, D> view() const {
+    return oriented_points_view<S, D>{points.cols() > 0 ? as_points(points) : given.points,
+                                      normals.cols() > 0 ? as_points(normals) : given.normals};
   }
 };
 
@@ -72,15 +71,15 @@ struct prepared_surface {
 /// as seen from the target's.
 template <Scalar S, int D>
 struct align_input {
-  surface_view<S, D> surface;
+  oriented_points_view<S, D> surface;
   std::optional<coordinates> anchor = {};
 };
 
 /// Reduces a surface to voxels, and estimates normals if it needs and has none.
 template <Scalar S, int D>
-[[nodiscard]] prepared_surface<S, D> prepare(const align_input<S, D>& input, double voxel,
-                                             bool needs_normals, const neighborhood_spec& spec,
-                                             const execution& how);
+[[nodiscard]] prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel,
+                                            bool needs_normals, const neighborhood_spec& spec,
+                                            const execution& how);
 
 /// An estimator behind a function, so that the loop is compiled once for all metrics.
 template <class T>
@@ -101,13 +100,14 @@ template <Scalar S, int D, class T>
 [[nodiscard]] icp_result<T> align_scales(
     const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
     const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
-    const std::function<erased_estimator<T>(const surface_view<S, D>& source,
-                                            const surface_view<S, D>& target)>& make_estimator);
+    const std::function<erased_estimator<T>(const oriented_points_view<S, D>& source,
+                                            const oriented_points_view<S, D>& target)>&
+        make_estimator);
 
 /// The estimator that `align` uses for a metric.
 template <Parameterization Model, Scalar S, int D, class Metric>
-[[nodiscard]] auto make_estimator(const surface_view<S, D>& source,
-                                  const surface_view<S, D>& target, const Metric& metric,
+[[nodiscard]] auto make_estimator(const oriented_points_view<S, D>& source,
+                                  const oriented_points_view<S, D>& target, const Metric& metric,
                                   const truncated_solver& solver, const execution& how) {
   using T = typename Model::template transform<S, D>;
   const auto erase = [](auto estimator) {
@@ -134,7 +134,7 @@ template <Parameterization Model, Scalar S, int D, class Metric>
   using T = typename Model::template transform<S, D>;
   return align_scales<S, D, T>(
       source, target, initial, o, needs_source_normals<Metric>, needs_target_normals<Metric>,
-      [&](const surface_view<S, D>& moving, const surface_view<S, D>& onto) {
+      [&](const oriented_points_view<S, D>& moving, const oriented_points_view<S, D>& onto) {
         return make_estimator<Model>(moving, onto, metric, o.solver, {.threads = o.threads});
       });
 }
@@ -171,40 +171,32 @@ template <Parameterization Model, Scalar S, int D>
 }
 
 /// A surface and where it lies, in the dimension that the library is compiled for.
-template <int C, SurfaceSource P>
+template <int C, PointsSource P>
 [[nodiscard]] auto align_input_of(const P& points) {
-  const auto surface = surface_in(points);
-  using S = typename surface_view_of<P>::scalar;
-  align_input<S, C> input{surface_view<S, C>{surface.points, surface.normals}};
-  if constexpr (PointCloud<P>) {
-    if (points.has_origin()) input.anchor = coordinates{-points.full_origin()};
-  }
+  using S = scalar_of<P>;
+  const points_view<S, C> places{points_in(points)}, normals{normals_in(points)};
+  align_input<S, C> input{oriented_points_view<S, C>{places, normals}};
+  if (const auto origin = origin_in(points); !origin.isZero(0))
+    input.anchor = coordinates{(-origin).eval()};
   return input;
 }
 
 /// What is added to source coordinates to have them relative to the target's origin.
-template <SurfaceSource A, SurfaceSource B>
+template <PointsSource A, PointsSource B>
 [[nodiscard]] Eigen::VectorXd shift_between(const A& source, const B& target) {
-  const auto origin = []<class P>(const P& points) -> Eigen::VectorXd {
-    if constexpr (PointCloud<P>)
-      return points.full_origin();
-    else
-      return Eigen::VectorXd::Zero(surface_in(points).points.dimension());
-  };
-  const Eigen::VectorXd from = origin(source), to = origin(target);
+  const Eigen::VectorXd from = origin_in(source), to = origin_in(target);
   if (from.size() != to.size()) return Eigen::VectorXd::Zero(std::max(from.size(), to.size()));
   return from - to;
 }
 
 /// Between the types of the caller and those that the library is compiled for.
-template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
+template <Parameterization Model, PointsSource A, PointsSource B, class F>
 [[nodiscard]] auto align_any(
     const A& source, const B& target,
-    const align_options<typename Model::template transform<
-        typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& o,
+    const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>& o,
     F&& align_in_closed_dimension) {
-  using S = typename surface_view_of<A>::scalar;
-  constexpr int D = surface_view_of<A>::static_dimension, C = closed_dimension<D>;
+  using S = scalar_of<A>;
+  constexpr int D = dimension_of<A>, C = closed_dimension<D>;
   using T = typename Model::template transform<S, D>;
   using closed_type = typename Model::template transform<S, C>;
   const auto moving = align_input_of<C>(source);
@@ -254,8 +246,8 @@ template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
 }
 
 /// Moves a source onto a target: a cloud, points of any kind, or points with normals, as a
-/// `surface_view`. Computes normals that the metric needs and nobody has, builds the trees, and
-/// runs `icp`; a few lines of the public parts do the same, to the bit.
+/// `oriented_points_view`. Computes normals that the metric needs and nobody has, builds the trees,
+/// and runs `icp`; a few lines of the public parts do the same, to the bit.
 ///
 /// `align<affine_motion>(…)` finds an affine transform, and `align<my_motion>(…)` one of yours. Of
 /// clouds with origins, coordinates are taken relative to the target's, and so is the transform:
@@ -263,12 +255,12 @@ template <Parameterization Model, SurfaceSource A, SurfaceSource B, class F>
 /// the last scale, `iterations` counts all. Points that are not finite take no part. Throws
 /// `invalid_input` for options that make no sense, and points of different dimension. Bad data is
 /// no exception: its status says what is wrong.
-export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B>
-  requires std::same_as<surface_view_of<A>, surface_view_of<B>>
+export template <Parameterization Model = rigid_motion, PointsSource A, PointsSource B>
+  requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] auto align(
     const A& source, const B& target,
-    const align_options<typename Model::template transform<
-        typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& options = {}) {
+    const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>&
+        options = {}) {
   return align_any<Model>(
       source, target, options,
       [](const auto& moving, const auto& onto, const auto& initial, const auto& o) {
@@ -278,14 +270,14 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
 /// With a metric of yours, or any composition, in place of that of the options. Throws
 /// `invalid_input` if the options name one, too, or a kernel: `weighted_term{metric, 1, {},
 /// kernel}` gives the metric one.
-export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B,
+export template <Parameterization Model = rigid_motion, PointsSource A, PointsSource B,
                  class Metric>
-  requires std::same_as<surface_view_of<A>, surface_view_of<B>> &&
-           RegistrationMetric<Metric, closed_dimension<surface_view_of<A>::static_dimension>>
+  requires std::same_as<points_view_of<A>, points_view_of<B>> &&
+           RegistrationMetric<Metric, closed_dimension<dimension_of<A>>>
 [[nodiscard]] auto align(
     const A& source, const B& target, const Metric& metric,
-    const align_options<typename Model::template transform<
-        typename surface_view_of<A>::scalar, surface_view_of<A>::static_dimension>>& options = {}) {
+    const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>&
+        options = {}) {
   expects(std::holds_alternative<point_to_plane>(options.metric),
           "align: there are two metrics: leave .metric out where one is an argument of its own");
   expects(!options.robust,
@@ -299,15 +291,12 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
 }
 
 /// The figures of `align` for any transform: how well the source lies on the target under it.
-export template <Parameterization Model = rigid_motion, SurfaceSource A, SurfaceSource B>
-  requires std::same_as<surface_view_of<A>, surface_view_of<B>>
+export template <Parameterization Model = rigid_motion, PointsSource A, PointsSource B>
+  requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] alignment_fit evaluate(
     const A& source, const B& target,
-    const typename Model::template transform<typename surface_view_of<A>::scalar,
-                                             surface_view_of<A>::static_dimension>& transform,
-    align_options<typename Model::template transform<typename surface_view_of<A>::scalar,
-                                                     surface_view_of<A>::static_dimension>>
-        options = {}) {
+    const typename Model::template transform<scalar_of<A>, dimension_of<A>>& transform,
+    align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>> options = {}) {
   options.initial = transform;
   options.max_iterations = 0;
   if (options.scales.size() > 1)
@@ -316,18 +305,18 @@ export template <Parameterization Model = rigid_motion, SurfaceSource A, Surface
 }
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                        \
-  extern template prepared_surface<S, D> prepare(const align_input<S, D>&, double, bool,         \
-                                                 const neighborhood_spec&, const execution&);    \
+  extern template prepared_points<S, D> prepare(const align_input<S, D>&, double, bool,          \
+                                                const neighborhood_spec&, const execution&);     \
   extern template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
       const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,          \
       const align_options<rigid_transform<S, D>>&, bool, bool,                                   \
-      const std::function<erased_estimator<rigid_transform<S, D>>(const surface_view<S, D>&,     \
-                                                                  const surface_view<S, D>&)>&); \
+      const std::function<erased_estimator<rigid_transform<S, D>>(                               \
+          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);              \
   extern template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
       const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,         \
       const align_options<affine_transform<S, D>>&, bool, bool,                                  \
-      const std::function<erased_estimator<affine_transform<S, D>>(const surface_view<S, D>&,    \
-                                                                   const surface_view<S, D>&)>&);
+      const std::function<erased_estimator<affine_transform<S, D>>(                              \
+          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

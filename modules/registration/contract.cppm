@@ -12,7 +12,6 @@ import :correspondence;
 import :feature_space;
 import :motion;
 import :residual;
-import :surface;
 
 namespace cilantro {
 
@@ -31,13 +30,13 @@ template <class Pairs>
 
 /// Tests a searcher of yours, built from `source` and `target`, under each of `transforms`: order,
 /// indices, points that are not finite, repeated searches, and its memory if it has one.
-export template <class S, SurfaceSource A, SurfaceSource B, class T>
+export template <class S, PointsSource A, PointsSource B, class T>
   requires CorrespondenceSearcher<S, T>
 [[nodiscard]] std::vector<std::string> check_correspondence_searcher(
     const S& searcher, const A& source, const B& target, const std::vector<T>& transforms) {
   violation_list violations;
-  const auto onto = surface_in(target).points;
-  const auto moving = surface_in(source).points;
+  const auto onto = points_in(target);
+  const auto moving = points_in(source);
   const auto check = [&](const auto& pairs) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       const auto& [s, t, distance] = pairs[i];

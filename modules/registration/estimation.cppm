@@ -10,19 +10,19 @@ import :concepts;
 import :correspondence;
 import :motion;
 import :normal_equations;
-import :surface;
 
 namespace cilantro {
 
 /// The two surfaces of a registration, and what is counted of them once.
 template <Scalar S, int D>
 struct registered_surfaces {
-  surface_view<S, D> target, source;
+  oriented_points_view<S, D> target, source;
   index_t dimension = 0;
   index_t finite_sources = 0, non_finite = 0;
   point_vector<double, D> center;  ///< Of the target: around it sums lose nothing to rounding.
 
-  registered_surfaces(const surface_view<S, D>& onto, const surface_view<S, D>& moving)
+  registered_surfaces(const oriented_points_view<S, D>& onto,
+                      const oriented_points_view<S, D>& moving)
       : target{onto}, source{moving} {
     expects(target.points.empty() || source.points.empty() ||
                 target.points.dimension() == source.points.dimension(),
@@ -41,21 +41,6 @@ struct registered_surfaces {
   }
   [[nodiscard]] double overlap(index_t paired_sources) const {
     return finite_sources > 0 ? double(paired_sources) / double(finite_sources) : 0;
-  }
-};
-
-/// A map of points in its parts, in double.
-template <int D>
-struct double_map {
-  Eigen::Matrix<double, D, D> linear;
-  point_vector<double, D> translation;
-
-  template <AffineMap T>
-  explicit double_map(const T& t)
-      : linear{t.linear().template cast<double>()},
-        translation{t.translation().template cast<double>()} {}
-  [[nodiscard]] point_vector<double, D> operator()(const auto& p) const {
-    return linear * p.template cast<double>() + translation;
   }
 };
 
@@ -162,7 +147,7 @@ struct moved_map {
 /// The step that a motion around the centre makes of a transform; `fit` is still to be filled in.
 template <class T, Parameterization Model, int D>
 [[nodiscard]] registration_step<T> step_to(const Model& model, const motion_step& move,
-                                           const double_map<D>& current,
+                                           const affine_parts<double, D>& current,
                                            const Eigen::VectorXd& center,
                                            const Eigen::VectorXd& mean) {
   auto [map, change] = move_map(move, current.linear, current.translation, center, mean);

@@ -12,7 +12,7 @@ import :estimation;
 import :motion;
 import :normal_equations;
 import :residual;
-import :surface;
+import :unit_normals;
 
 namespace cilantro {
 
@@ -82,7 +82,8 @@ void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
 /// The pair as the terms of a metric see it.
 template <bool SourceNormals, bool TargetNormals, Scalar S, int D>
 [[nodiscard]] matched_pair<D> pair_in(const registered_surfaces<S, D>& surfaces,
-                                      const double_map<D>& current, index_t s, index_t t) {
+                                      const affine_parts<double, D>& current, index_t s,
+                                      index_t t) {
   using vector = point_vector<double, D>;
   matched_pair<D> pair{current(surfaces.source.points[s]),
                        surfaces.target.points[t].template cast<double>(),
@@ -99,18 +100,69 @@ template <bool SourceNormals, bool TargetNormals, Scalar S, int D>
   return pair;
 }
 
-/// The sums of `point_to_plane` and `rigid_motion` in three dimensions, which most registrations
-/// are, by a vector kernel. Compiled in the library.
+/// Which of the two terms that have a vector kernel a metric is made of, and whether of these only.
+struct kernel_terms {
+  bool plane = false, point = false, others = false;
+};
+template <class Metric>
+inline constexpr kernel_terms kernel_terms_of{.others = true};
+template <>
+inline constexpr kernel_terms kernel_terms_of<point_to_plane>{.plane = true};
+template <>
+inline constexpr kernel_terms kernel_terms_of<point_to_point>{.point = true};
+template <class Term, class Pairs, class Kernel>
+inline constexpr kernel_terms kernel_terms_of<weighted_term<Term, Pairs, Kernel>> =
+    kernel_terms_of<Term>;
+template <class A, class B>
+inline constexpr kernel_terms kernel_terms_of<combined_metric<A, B>>{
+    kernel_terms_of<A>.plane || kernel_terms_of<B>.plane,
+    kernel_terms_of<A>.point || kernel_terms_of<B>.point,
+    kernel_terms_of<A>.others || kernel_terms_of<B>.others ||
+        kernel_terms_of<A>.plane == kernel_terms_of<B>.plane};
+
+/// Writes the weights of pairs from `first` on in both terms, from their residuals along the
+/// normals and their squared distances. Called from several threads at once.
+using pair_weigher = std::function<void(index_t first, std::span<const double> along_normals,
+                                        std::span<const double> squared_distances,
+                                        double* plane_weights, double* point_weights)>;
+
+template <Scalar S, class Metric>
+[[nodiscard]] pair_weigher weigher_of(const Metric& metric,
+                                      std::span<const correspondence<S>> pairs) {
+  if constexpr (std::same_as<Metric, point_to_plane>) return {};  // All count alike.
+  return [&metric, pairs](index_t first, std::span<const double> along_normals,
+                          std::span<const double> squared_distances, double* plane_weights,
+                          double* point_weights) {
+    with_terms(metric,
+               [&]<class Term>(const Term&, double weight, const auto& by, const auto& robust) {
+                 constexpr bool is_plane = std::same_as<Term, point_to_plane>;
+                 double* const out = is_plane ? plane_weights : point_weights;
+                 for (std::size_t k = 0; k < along_normals.size(); ++k) {
+                   const auto& [s, t, distance] = pairs[static_cast<std::size_t>(first) + k];
+                   const double residual =
+                       is_plane ? std::abs(along_normals[k]) : std::sqrt(squared_distances[k]);
+                   out[k] = 0;
+                   if (std::isfinite(residual))
+                     out[k] = weight * double(evaluate_pair<double>(by, s, t, double(distance))) *
+                              double(evaluate_pair<double>(robust, s, t, residual));
+                 }
+               });
+  };
+}
+
+/// The sums of these terms under `rigid_motion` in three dimensions, which most registrations are,
+/// by a vector kernel. Compiled in the library.
 template <Scalar S>
-[[nodiscard]] equation_sums<3, 6> sum_plane_equations(const registered_surfaces<S, 3>& surfaces,
-                                                      const double_map<3>& current,
-                                                      std::span<const correspondence<S>> pairs,
-                                                      const execution& how);
+[[nodiscard]] equation_sums<3, 6> sum_by_kernel(const registered_surfaces<S, 3>& surfaces,
+                                                const affine_parts<double, 3>& current,
+                                                std::span<const correspondence<S>> pairs,
+                                                kernel_terms terms, const pair_weigher& weigh,
+                                                const execution& how);
 
 /// Of any metric and model.
 template <Scalar S, int D, class Metric, Parameterization Model>
 [[nodiscard]] auto sum_any_equations(const registered_surfaces<S, D>& surfaces,
-                                     const double_map<D>& current,
+                                     const affine_parts<double, D>& current,
                                      std::span<const correspondence<S>> pairs, const Metric& metric,
                                      const Model& model, const execution& how)
     -> equation_sums<D, unknowns_of<Model, D>> {
@@ -133,12 +185,13 @@ template <Scalar S, int D, class Metric, Parameterization Model>
 /// The sums over pairs, in parallel and with the same bits for any number of threads.
 template <Scalar S, int D, class Metric, Parameterization Model>
 [[nodiscard]] auto sum_equations(const registered_surfaces<S, D>& surfaces,
-                                 const double_map<D>& current,
+                                 const affine_parts<double, D>& current,
                                  std::span<const correspondence<S>> pairs, const Metric& metric,
                                  const Model& model, const execution& how)
     -> equation_sums<D, unknowns_of<Model, D>> {
-  if constexpr (D == 3 && std::same_as<Metric, point_to_plane> && std::same_as<Model, rigid_motion>)
-    return sum_plane_equations<S>(surfaces, current, pairs, how);
+  constexpr kernel_terms terms = kernel_terms_of<Metric>;
+  if constexpr (D == 3 && !terms.others && std::same_as<Model, rigid_motion>)
+    return sum_by_kernel<S>(surfaces, current, pairs, terms, weigher_of<S>(metric, pairs), how);
   else
     return sum_any_equations<S, D>(surfaces, current, pairs, metric, model, how);
 }
@@ -158,11 +211,11 @@ class least_squares_estimator {
 
   /// Throws `invalid_input` if the metric needs normals that a surface has not, or that are not of
   /// unit length, or for surfaces of different dimension.
-  template <BorrowedSurface T, BorrowedSurface P>
+  template <BorrowedPoints T, BorrowedPoints P>
   least_squares_estimator(P&& source, T&& target, Metric metric = {}, Model model = {},
                           Solver solver = {}, execution how = {})
-      : surfaces_{closed(as_surface(std::forward<T>(target))),
-                  closed(as_surface(std::forward<P>(source)))},
+      : surfaces_{closed(oriented_points_view{std::forward<T>(target)}),
+                  closed(oriented_points_view{std::forward<P>(source)})},
         metric_{std::move(metric)},
         model_{std::move(model)},
         solver_{std::move(solver)},
@@ -209,7 +262,7 @@ class least_squares_estimator {
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
     expect_pairs_of(surfaces_, pairs);
-    const double_map<C> current{transform};
+    const affine_parts<double, C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
       const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
@@ -233,8 +286,8 @@ class least_squares_estimator {
   static constexpr int C = closed_dimension<D>;
   using sums_type = equation_sums<C, unknowns_of<Model, C>>;
 
-  static surface_view<S, C> closed(const surface_view<S, D>& surface) {
-    return surface_view<S, C>{surface.points, surface.normals};
+  static oriented_points_view<S, C> closed(const oriented_points_view<S, D>& surface) {
+    return oriented_points_view<S, C>{surface.points, surface.normals};
   }
 
   template <class Part>
@@ -243,8 +296,8 @@ class least_squares_estimator {
     expects(index_t(current.translation().size()) == surfaces_.dimension,
             "least_squares_estimator: transform and points must have the same dimension");
     expect_pairs_of(surfaces_, pairs);
-    return sum_equations<S, C, Part, Model>(surfaces_, double_map<C>{current}, pairs, part, model_,
-                                            how_);
+    return sum_equations<S, C, Part, Model>(surfaces_, affine_parts<double, C>{current}, pairs,
+                                            part, model_, how_);
   }
 
   [[nodiscard]] registration_step<transform_type> solve(const transform_type& current,
@@ -254,8 +307,9 @@ class least_squares_estimator {
     const auto prepared = prepare_equations(sums, sums.place, sums.spread, sums.information,
                                             sums.gradient, velocities);
     const normal_solution solution = solver_(prepared.equations);
-    auto step = step_to<transform_type>(model_, model_.step(solution.step, surfaces_.dimension),
-                                        double_map<C>{current}, surfaces_.center, prepared.mean);
+    auto step =
+        step_to<transform_type>(model_, model_.step(solution.step, surfaces_.dimension),
+                                affine_parts<double, C>{current}, surfaces_.center, prepared.mean);
     if (solution.step.isZero(0)) step.transform = current;
     step.fit = fit_of(sums, prepared, solution, velocities, surfaces_.center);
     step.fit.overlap = surfaces_.overlap(paired_sources);
@@ -269,17 +323,17 @@ class least_squares_estimator {
   Solver solver_;
   execution how_;
 };
-export template <SurfaceSource T, SurfaceSource P, class Metric = point_to_plane,
+export template <PointsSource T, PointsSource P, class Metric = point_to_plane,
                  class Model = rigid_motion, class Solver = truncated_solver>
 least_squares_estimator(T&&, P&&, Metric = {}, Model = {}, Solver = {}, execution = {})
-    -> least_squares_estimator<typename surface_view_of<T>::scalar,
-                               surface_view_of<T>::static_dimension, Metric, Model, Solver>;
+    -> least_squares_estimator<scalar_of<T>, dimension_of<T>, Metric, Model, Solver>;
 
 // The sums of the shipped metrics are compiled in the library.
-#define CILANTRO_COMPILED_ELSEWHERE(S, D, Metric, Model)                                          \
-  extern template auto sum_equations<S, D, Metric, Model>(                                        \
-      const registered_surfaces<S, D>&, const double_map<D>&, std::span<const correspondence<S>>, \
-      const Metric&, const Model&, const execution&) -> equation_sums<D, unknowns_of<Model, D>>;
+#define CILANTRO_COMPILED_ELSEWHERE(S, D, Metric, Model)                                 \
+  extern template auto sum_equations<S, D, Metric, Model>(                               \
+      const registered_surfaces<S, D>&, const affine_parts<double, D>&,                  \
+      std::span<const correspondence<S>>, const Metric&, const Model&, const execution&) \
+      -> equation_sums<D, unknowns_of<Model, D>>;
 #define CILANTRO_FOR_METRICS(S, D)                                 \
   CILANTRO_COMPILED_ELSEWHERE(S, D, point_to_point, rigid_motion)  \
   CILANTRO_COMPILED_ELSEWHERE(S, D, point_to_point, affine_motion) \

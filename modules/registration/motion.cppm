@@ -7,10 +7,7 @@ import cilantro.core;
 namespace cilantro {
 
 /// A finite motion of points: p ↦ linear · p + translation.
-export struct motion_step {
-  Eigen::MatrixXd linear;
-  Eigen::VectorXd translation;
-};
+export using motion_step = affine_parts<double, dynamic>;
 
 /// How a transform may move: how many unknowns a small motion has, how fast a point moves with each
 /// of them, and which finite motion they stand for.

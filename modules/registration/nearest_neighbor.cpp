@@ -10,7 +10,7 @@ module;
 #include <vector>
 
 #include "core/closed_spaces.hpp"
-#include "registration/track.hpp"
+#include "registration/kernels/track.hpp"
 module cilantro.registration;
 
 namespace cilantro {
@@ -30,11 +30,11 @@ struct query_map {
     return {Eigen::Matrix<S, D, D>::Identity(dimension, dimension),
             point_vector<S, D>::Zero(dimension), point_vector<S, D>::Zero(dimension)};
   }
-  static query_map forward(const map_parts<S, D>& t) {
+  static query_map forward(const affine_parts<S, D>& t) {
     return {t.linear, point_vector<S, D>::Zero(t.translation.size()), t.translation};
   }
   /// Precondition: the map is rigid.
-  static query_map backward(const map_parts<S, D>& t) {
+  static query_map backward(const affine_parts<S, D>& t) {
     return {t.linear.transpose(), t.translation, point_vector<S, D>::Zero(t.translation.size())};
   }
   [[nodiscard]] point_vector<S, D> operator()(const auto& q) const {
@@ -54,7 +54,7 @@ S slack_of(index_t dimension) {
 
 /// Finds for each query, at `map(queries[q])`, the nearest of `points`, which are those of `tree`;
 /// unless what is known from an earlier call tells that nothing can have changed, for the reason
-/// that registration/track.cpp gives.
+/// that registration/kernels/track.cpp gives.
 template <Scalar S, int D>
 void track_one_by_one(const kd_tree<S, D>& tree, points_view<S, D> points,
                       points_view<S, D> queries, const query_map<S, D>& map, S max_distance,
@@ -100,10 +100,8 @@ void track_one_by_one(const kd_tree<S, D>& tree, points_view<S, D> points,
 
 template <Scalar S, int D>
 detail::track_kernel<S>& track_kernel() {
-#define CILANTRO_ENTRY(target) detail::target::track_in<S, D>(),
-  static detail::track_kernel<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
-#undef CILANTRO_ENTRY
-  return *all[static_cast<int>(current_vector_target())];
+  return *detail::for_target(static_cast<int>(current_vector_target()),
+                             []<detail::kernel_target V> { return detail::track_in<V, S, D>(); });
 }
 
 /// The same, a block of the queries' own tree at a time.
@@ -191,18 +189,18 @@ nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> source,
 }
 
 template <Scalar S, int D>
-void nearest_neighbor_engine<S, D>::find_forward(const map_parts<S, D>& transform,
+void nearest_neighbor_engine<S, D>::find_forward(const affine_parts<S, D>& transform,
                                                  tracked_queries<S>& tracked) const {
   track<S, D>(*target_tree_, target_, source_tree_, source_, query_map<S, D>::forward(transform),
               S(options_.max_distance), tracked, {}, options_.threads);
 }
 
 template <Scalar S, int D>
-void nearest_neighbor_engine<S, D>::find_backward(const map_parts<S, D>& transform,
-                                                  tracked_queries<S>& tracked,
+void nearest_neighbor_engine<S, D>::find_backward(const affine_parts<S, D>& transform,
+                                                  bool is_rigid, tracked_queries<S>& tracked,
                                                   std::span<const char> is_wanted) const {
   const S limit = static_cast<S>(options_.max_distance);
-  if (transform.is_rigid) {
+  if (is_rigid) {
     // Distances are the same on the other side, where the tree is. Rounding on that side must not
     // lose what is just within the limit.
     return track<S, D>(*source_tree_, source_, target_tree_, target_,
@@ -219,7 +217,7 @@ void nearest_neighbor_engine<S, D>::find_backward(const map_parts<S, D>& transfo
 }
 
 template <Scalar S, int D>
-void nearest_neighbor_engine<S, D>::find(const map_parts<S, D>& transform,
+void nearest_neighbor_engine<S, D>::find(const affine_parts<S, D>& transform, bool is_rigid,
                                          nearest_neighbor_memory<S>& memory,
                                          correspondences<S>& out) const {
   out.clear();
@@ -240,7 +238,7 @@ void nearest_neighbor_engine<S, D>::find(const map_parts<S, D>& transform,
     memory.is_wanted.assign(static_cast<std::size_t>(target_.size()), 0);
     for (const std::int32_t t : memory.sources.nearest)
       if (t >= 0) memory.is_wanted[static_cast<std::size_t>(t)] = 1;
-    find_backward(transform, memory.targets, memory.is_wanted);
+    find_backward(transform, is_rigid, memory.targets, memory.is_wanted);
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s);
           t >= 0 && partner_of(memory.targets, t) == s)
@@ -257,7 +255,7 @@ void nearest_neighbor_engine<S, D>::find(const map_parts<S, D>& transform,
       }
   }
   if (options_.direction != search_direction::source_to_target) {
-    find_backward(transform, memory.targets, {});
+    find_backward(transform, is_rigid, memory.targets, {});
     for (std::int32_t t = 0; t < target_.size(); ++t)
       if (const auto s = partner_of(memory.targets, t); s >= 0) pair_of(t, s);
     const auto place = [](const auto& p) { return std::pair{p.source, p.target}; };

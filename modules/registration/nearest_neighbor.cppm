@@ -7,24 +7,8 @@ import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import :correspondence;
-import :surface;
 
 namespace cilantro {
-
-/// A map of points in its parts, as compiled code takes it.
-template <Scalar S, int D>
-struct map_parts {
-  Eigen::Matrix<S, D, D> linear;
-  point_vector<S, D> translation;
-  bool is_rigid;  ///< Whether the type of the transform says so.
-
-  template <AffineMap T>
-  explicit map_parts(const T& t)
-      : linear{t.linear()}, translation{t.translation()}, is_rigid{RigidMap<T>} {}
-  [[nodiscard]] point_vector<S, D> operator()(const auto& p) const {
-    return linear * p + translation;
-  }
-};
 
 /// What a search has found for each query, and until when that holds. In two and three dimensions
 /// the first three are in the order of the queries' own tree, block by block.
@@ -53,13 +37,14 @@ class nearest_neighbor_engine {
  public:
   nearest_neighbor_engine(points_view<S, D> source, points_view<S, D> target,
                           const correspondence_options& options, const task_monitor& monitor);
-  void find(const map_parts<S, D>& transform, nearest_neighbor_memory<S>& memory,
+  /// `is_rigid` is what the type of the transform says.
+  void find(const affine_parts<S, D>& transform, bool is_rigid, nearest_neighbor_memory<S>& memory,
             correspondences<S>& out) const;
 
  private:
-  void find_forward(const map_parts<S, D>& transform, tracked_queries<S>& tracked) const;
-  void find_backward(const map_parts<S, D>& transform, tracked_queries<S>& tracked,
-                     std::span<const char> is_wanted) const;
+  void find_forward(const affine_parts<S, D>& transform, tracked_queries<S>& tracked) const;
+  void find_backward(const affine_parts<S, D>& transform, bool is_rigid,
+                     tracked_queries<S>& tracked, std::span<const char> is_wanted) const;
 
   points_view<S, D> target_, source_;
   correspondence_options options_;
@@ -80,11 +65,11 @@ class nearest_neighbor_searcher {
 
   /// Throws `invalid_input` for points of different dimension, or options that make no sense;
   /// `cancelled`. O((M + N) log (M + N)).
-  template <BorrowedSurface T, BorrowedSurface P>
+  template <BorrowedPoints T, BorrowedPoints P>
   nearest_neighbor_searcher(P&& source, T&& target, const correspondence_options& options = {},
                             const task_monitor& monitor = {})
-      : engine_{std::make_shared<const engine>(as_surface(std::forward<P>(source)).points,
-                                               as_surface(std::forward<T>(target)).points, options,
+      : engine_{std::make_shared<const engine>(as_points(std::forward<P>(source)),
+                                               as_points(std::forward<T>(target)), options,
                                                monitor)} {}
 
   /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a
@@ -99,17 +84,16 @@ class nearest_neighbor_searcher {
     requires std::same_as<typename T::Scalar, S>
   void find(const T& transform, memory& known, correspondences<S>& out) const {
     if (known.owner != engine_) known = {engine_, {}, {}, {}};
-    engine_->find(map_parts<S, closed_dimension<D>>{transform}, known, out);
+    engine_->find(affine_parts<S, closed_dimension<D>>{transform}, RigidMap<T>, known, out);
   }
 
  private:
   using engine = nearest_neighbor_engine<S, closed_dimension<D>>;
   std::shared_ptr<const engine> engine_;
 };
-export template <SurfaceSource T, SurfaceSource P>
+export template <PointsSource T, PointsSource P>
 nearest_neighbor_searcher(T&&, P&&, correspondence_options = {}, task_monitor = {})
-    -> nearest_neighbor_searcher<typename surface_view_of<T>::scalar,
-                                 surface_view_of<T>::static_dimension>;
+    -> nearest_neighbor_searcher<scalar_of<T>, dimension_of<T>>;
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D) extern template class nearest_neighbor_engine<S, D>;
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)

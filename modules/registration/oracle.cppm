@@ -4,7 +4,6 @@ export module cilantro.registration:oracle;
 import cilantro.standard;
 import cilantro.core;
 import :correspondence;
-import :surface;
 
 namespace cilantro {
 
@@ -16,11 +15,11 @@ class oracle_searcher {
  public:
   /// Throws `invalid_input` for an index that is out of range, points of different dimension, or
   /// options that make no sense.
-  template <BorrowedSurface T, BorrowedSurface P>
+  template <BorrowedPoints T, BorrowedPoints P>
   oracle_searcher(P&& source, T&& target, correspondences<S> pairs,
                   const correspondence_options& options = {})
-      : target_{as_surface(std::forward<T>(target)).points},
-        source_{as_surface(std::forward<P>(source)).points},
+      : target_{as_points(std::forward<T>(target))},
+        source_{as_points(std::forward<P>(source))},
         pairs_{std::move(pairs)},
         options_{options} {
     expect_valid(options);
@@ -49,9 +48,8 @@ class oracle_searcher {
   correspondences<S> pairs_;
   correspondence_options options_;
 };
-export template <SurfaceSource T, SurfaceSource P>
-oracle_searcher(T&&, P&&, correspondences<typename surface_view_of<T>::scalar>,
-                correspondence_options = {})
-    -> oracle_searcher<typename surface_view_of<T>::scalar, surface_view_of<T>::static_dimension>;
+export template <PointsSource T, PointsSource P>
+oracle_searcher(T&&, P&&, correspondences<scalar_of<T>>, correspondence_options = {})
+    -> oracle_searcher<scalar_of<T>, dimension_of<T>>;
 
 }  // namespace cilantro

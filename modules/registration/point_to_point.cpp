@@ -22,23 +22,8 @@ struct best_motion {
 best_motion match(const rigid_motion&, const Eigen::VectorXd& source_mean,
                   const Eigen::VectorXd& target_mean, const Eigen::MatrixXd&,
                   const Eigen::MatrixXd& cross) {
-  const index_t d = cross.rows();
-  const auto [values, u, v] = decompose_singular(cross);
-  const double side = determinant(u) * determinant(v) < 0 ? -1 : 1;
-  index_t rank = 0;
-  while (rank < d && values[rank] > negligible * values[0]) ++rank;
-
-  // The planes that the pairs say nothing about turn as little as possible.
-  Eigen::MatrixXd middle = Eigen::MatrixXd::Identity(d, d);
-  if (const index_t free = d - rank; free > 0) {
-    Eigen::MatrixXd mirror = Eigen::MatrixXd::Identity(free, free);
-    mirror(free - 1, free - 1) = side;
-    middle.bottomRightCorner(free, free) =
-        nearest_rotation(u.rightCols(free).transpose() * v.rightCols(free) * mirror) * mirror;
-  } else {
-    middle(d - 1, d - 1) = side;
-  }
-  const Eigen::MatrixXd turn = u * middle * v.transpose();
+  // Planes that the pairs say nothing about turn as little as possible.
+  const Eigen::MatrixXd turn = nearest_rotation(cross);
   const Eigen::MatrixXd product = turn.transpose() * cross;
   return {{turn, target_mean - turn * source_mean}, (product + product.transpose()) / 2};
 }
@@ -86,10 +71,10 @@ template matched_motion solve_matches(const affine_motion&, const pair_totals&,
                                       const Eigen::VectorXd&, const Eigen::MatrixXd&,
                                       const velocity_field&);
 
-#define CILANTRO_INSTANTIATE(S, D)                                                                \
-  template match_sums<D> sum_matches<S, D, unit_weight>(                                          \
-      const registered_surfaces<S, D>&, const double_map<D>&, std::span<const correspondence<S>>, \
-      const unit_weight&, const execution&);
+#define CILANTRO_INSTANTIATE(S, D)                                      \
+  template match_sums<D> sum_matches<S, D, unit_weight>(                \
+      const registered_surfaces<S, D>&, const affine_parts<double, D>&, \
+      std::span<const correspondence<S>>, const unit_weight&, const execution&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -11,7 +11,6 @@ import :correspondence;
 import :estimation;
 import :motion;
 import :normal_equations;
-import :surface;
 
 namespace cilantro {
 
@@ -35,7 +34,7 @@ struct match_sums : place_sums<D> {
 
 template <Scalar S, int D, class Weight>
 [[nodiscard]] match_sums<D> sum_matches(const registered_surfaces<S, D>& surfaces,
-                                        const double_map<D>& current,
+                                        const affine_parts<double, D>& current,
                                         std::span<const correspondence<S>> pairs,
                                         const Weight& weight, const execution& how) {
   const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
@@ -85,11 +84,11 @@ class point_to_point_estimator {
   using transform_type = typename Model::template transform<S, D>;
 
   /// Throws `invalid_input` for surfaces of different dimension.
-  template <BorrowedSurface T, BorrowedSurface P>
+  template <BorrowedPoints T, BorrowedPoints P>
   point_to_point_estimator(P&& source, T&& target, Model model = {}, Weight weight = {},
                            truncated_solver solver = {}, execution how = {})
-      : surfaces_{surface_view<S, C>{as_surface(std::forward<T>(target)).points},
-                  surface_view<S, C>{as_surface(std::forward<P>(source)).points}},
+      : surfaces_{oriented_points_view<S, C>{as_points(std::forward<T>(target))},
+                  oriented_points_view<S, C>{as_points(std::forward<P>(source))}},
         model_{model},
         weight_{std::move(weight)},
         solver_{solver},
@@ -109,7 +108,7 @@ class point_to_point_estimator {
     expects(index_t(current.translation().size()) == surfaces_.dimension,
             "point_to_point_estimator: transform and points must have the same dimension");
     expect_pairs_of(surfaces_, pairs);
-    const double_map<C> map{current};
+    const affine_parts<double, C> map{current};
     const match_sums<C> sums = sum_matches<S, C, Weight>(surfaces_, map, pairs, weight_, how_);
     const velocity_field velocities = velocities_of(model_, surfaces_.dimension);
     const auto matched =
@@ -129,7 +128,7 @@ class point_to_point_estimator {
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
     expect_pairs_of(surfaces_, pairs);
-    const double_map<C> current{transform};
+    const affine_parts<double, C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
       const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
@@ -148,16 +147,15 @@ class point_to_point_estimator {
   truncated_solver solver_;
   execution how_;
 };
-export template <SurfaceSource T, SurfaceSource P, class Model = rigid_motion,
+export template <PointsSource T, PointsSource P, class Model = rigid_motion,
                  class Weight = unit_weight>
 point_to_point_estimator(T&&, P&&, Model = {}, Weight = {}, truncated_solver = {}, execution = {})
-    -> point_to_point_estimator<typename surface_view_of<T>::scalar,
-                                surface_view_of<T>::static_dimension, Model, Weight>;
+    -> point_to_point_estimator<scalar_of<T>, dimension_of<T>, Model, Weight>;
 
-#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                         \
-  extern template match_sums<D> sum_matches<S, D, unit_weight>(                                   \
-      const registered_surfaces<S, D>&, const double_map<D>&, std::span<const correspondence<S>>, \
-      const unit_weight&, const execution&);
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                               \
+  extern template match_sums<D> sum_matches<S, D, unit_weight>(         \
+      const registered_surfaces<S, D>&, const affine_parts<double, D>&, \
+      std::span<const correspondence<S>>, const unit_weight&, const execution&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

@@ -8,7 +8,8 @@ module cilantro.registration;
 namespace cilantro {
 
 template <Scalar S>
-void projective_searcher<S>::find(const map_parts<S, 3>& transform, correspondences<S>& out) const {
+void projective_searcher<S>::find(const affine_parts<S, 3>& transform,
+                                  correspondences<S>& out) const {
   const auto to_camera = camera_.to_world.inverse();
   out.resize(static_cast<std::size_t>(source_.size()));
   parallel_for(source_.size(), {.threads = options_.threads}, [&](index_t s) {

@@ -6,7 +6,6 @@ import cilantro.core;
 import cilantro.geometry;
 import :correspondence;
 import :nearest_neighbor;
-import :surface;
 
 namespace cilantro {
 
@@ -21,11 +20,11 @@ class projective_searcher {
   /// `camera` stands where the target was seen from, in the target's coordinates. The target may be
   /// organised or not. Views target and source. Throws `invalid_input` for a camera or options that
   /// make no sense. O(M) here and O(N) for each search.
-  template <BorrowedSurface T, BorrowedSurface P>
+  template <BorrowedPoints T, BorrowedPoints P>
   projective_searcher(P&& source, T&& target, const pinhole_camera<S>& camera,
                       const correspondence_options& options = {})
-      : target_{as_surface(std::forward<T>(target)).points},
-        source_{as_surface(std::forward<P>(source)).points},
+      : target_{as_points(std::forward<T>(target))},
+        source_{as_points(std::forward<P>(source))},
         camera_{camera},
         options_{options},
         seen_{project(target_, camera, {.threads = options.threads})} {
@@ -38,18 +37,18 @@ class projective_searcher {
   template <AffineMap T>
     requires std::same_as<typename T::Scalar, S>
   void find(const T& transform, correspondences<S>& out) const {
-    find(map_parts<S, 3>{transform}, out);
+    find(affine_parts<S, 3>{transform}, out);
   }
 
  private:
-  void find(const map_parts<S, 3>& transform, correspondences<S>& out) const;
+  void find(const affine_parts<S, 3>& transform, correspondences<S>& out) const;
 
   points_view<S, 3> target_, source_;
   pinhole_camera<S> camera_;
   correspondence_options options_;
   image<std::int32_t> seen_;
 };
-export template <SurfaceSource T, SurfaceSource P, Scalar S>
+export template <PointsSource T, PointsSource P, Scalar S>
 projective_searcher(T&&, P&&, pinhole_camera<S>, correspondence_options = {})
     -> projective_searcher<S>;
 

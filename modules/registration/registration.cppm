@@ -8,7 +8,6 @@ export import cilantro.search;
 export import cilantro.geometry;
 export import cilantro.cloud;
 export import :correspondence;
-export import :surface;
 export import :concepts;
 export import :nearest_neighbor;
 export import :feature_space;

@@ -134,9 +134,21 @@ struct weighted_term {
   static constexpr bool needs_target_normals = cilantro::needs_target_normals<Term>;
 
   Term term;
-  double weight = 1;
-  Pairs pairs = {};
-  Kernel robust = {};
+  double weight;
+  Pairs pairs;
+  Kernel robust;
+
+  explicit weighted_term(Term what, double factor = 1)
+    requires requires { Pairs{}; } && requires { Kernel{}; }
+      : weighted_term{std::move(what), factor, Pairs{}} {}
+  weighted_term(Term what, double factor, Pairs by)
+    requires requires { Kernel{}; }
+      : weighted_term{std::move(what), factor, std::move(by), Kernel{}} {}
+  weighted_term(Term what, double factor, Pairs by, Kernel of_residual)
+      : term{std::move(what)},
+        weight{factor},
+        pairs{std::move(by)},
+        robust{std::move(of_residual)} {}
 };
 export template <class Term>
 weighted_term(Term, double = 1) -> weighted_term<Term>;

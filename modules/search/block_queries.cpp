@@ -13,7 +13,7 @@ module;
 #include <utility>
 #include <vector>
 
-#include "search/block_search.hpp"
+#include "search/kernels/block_search.hpp"
 module cilantro.search;
 
 namespace cilantro {
@@ -25,10 +25,9 @@ constexpr index_t blocks_at_a_time = query_block_size / width;
 
 template <Scalar S, int D>
 const detail::block_search<S>& kernels() {
-#define CILANTRO_ENTRY(target) &detail::target::block_search_in<S, D>(),
-  static const detail::block_search<S>* const all[] = {CILANTRO_FOR_VECTOR_TARGETS(CILANTRO_ENTRY)};
-#undef CILANTRO_ENTRY
-  return *all[static_cast<int>(current_vector_target())];
+  return *detail::for_target(
+      static_cast<int>(current_vector_target()),
+      []<detail::kernel_target V> { return &detail::block_search_in<V, S, D>(); });
 }
 
 /// Whether the queries that can be answered are the points of the tree, in their order.

@@ -24,7 +24,7 @@ inline constexpr index_t points_per_block = 16;
 /// A balanced tree over full blocks of points: node k of a level has the blocks `begin(level, k)`
 /// to `begin(level, k + 1)` in tree order, and the two nodes 2k and 2k + 1 of the next level as its
 /// halves. All leaves are on the last level. In two and three dimensions there are boxes, too, by
-/// which blocks of queries are answered together; see search/block_search.hpp.
+/// which blocks of queries are answered together; see search/kernels/block_search.hpp.
 template <Scalar S, int D>
 struct kd_tree_nodes {
   /// Where a node is cut: its first half ends at `low` along `axis`, its second begins at `high`.

@@ -82,6 +82,11 @@ TEST_CASE_TEMPLATE("the nearest rotation is a rotation, and none of many others 
     CHECK((matrix - other).norm() >= (matrix - nearest).norm() - 1e-12);
   }
   CHECK((nearest_rotation(nearest) - nearest).norm() < 1e-13);
+  // What a matrix says nothing about stays.
+  CHECK(nearest_rotation(0 * matrix).isIdentity(1e-13));
+  Eigen::MatrixXd along_one = Eigen::MatrixXd::Zero(T::dimension, T::dimension);
+  along_one(0, 0) = 2;
+  CHECK(nearest_rotation(along_one).isIdentity(1e-13));
   Eigen::MatrixXd mirror = identity;
   mirror(0, 0) = -1;
   CHECK(nearest_rotation(mirror).determinant() == doctest::Approx(1));

@@ -73,8 +73,8 @@ int main(int count, char** arguments) {
       {"icp",
        [&] {
          return double(
-             align(surface_view<float, 3>{as_points(moved)},
-                   surface_view<float, 3>{points, as_points(normals)},
+             align(oriented_points_view<float, 3>{as_points(moved)},
+                   oriented_points_view<float, 3>{points, as_points(normals)},
                    {.max_distance = 0.1, .max_iterations = 5, .tolerance = 0, .threads = 1})
                  .transform(0, 3));
        }},

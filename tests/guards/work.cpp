@@ -10,17 +10,13 @@
 #include <limits>
 #include <vector>
 
-#include "search/block_search.hpp"
+#include "search/kernels/block_search.hpp"
 
 import cilantro;
 using namespace cilantro;
 
 namespace cilantro::detail {
 search_work counted_work = {};
-namespace counting {
-template <class S, int D>
-const block_search<S>& block_search_in();
-}
 }  // namespace cilantro::detail
 
 namespace {
@@ -53,7 +49,7 @@ int main() {
   const auto points = surface(20'000);
   const kd_tree tree{as_points(points)};
   const auto blocks = detail::blocks_of<float>(tree.nodes());
-  const auto& search = detail::counting::block_search_in<float, 3>();
+  const auto& search = detail::block_search_in<detail::kernel_target::counting, float, 3>();
   const auto queries = static_cast<double>(points.cols());
   bool is_right = true;
 

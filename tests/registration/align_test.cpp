@@ -77,7 +77,7 @@ TEST_CASE_TEMPLATE("what align does can be done by hand, to the bit", T, test::f
   // Bare points: normals are estimated, of the ten nearest.
   const auto& [points, normals_unused] = std::tie(target.points, target.normals);
   const auto normals = estimate_normals(points, knn{10}).normals;
-  const auto with_normals = as_surface(points, normals);
+  const auto with_normals = oriented_points_view{points, normals};
   CHECK(same(align(source.points, points, {.max_distance = 0.8, .max_iterations = 20}),
              by_hand(with_normals, source.points,
                      least_squares_estimator{source.points, with_normals}, 0.8, identity)));
@@ -227,8 +227,9 @@ TEST_CASE("what does not fit together is refused in a sentence") {
   CHECK_THROWS_AS((void)align(source, odd), invalid_input);
   CHECK_THROWS_AS((void)align(odd, target), invalid_input);
   CHECK_THROWS_AS((nearest_neighbor_searcher{source, odd}), invalid_input);
-  CHECK_THROWS_WITH_AS((void)as_surface(target.points, odd.normals),
-                       "surface_view: there must be one normal a point, or none", invalid_input);
+  CHECK_THROWS_WITH_AS((void)(oriented_points_view{target.points, odd.normals}),
+                       "oriented_points_view: there must be one normal a point, or none",
+                       invalid_input);
   CHECK_THROWS_WITH_AS(
       (least_squares_estimator{source.points, target.points}),
       "least_squares_estimator: the metric needs normals of the target; estimate them first",

@@ -164,3 +164,74 @@ TEST_CASE("pairs of other points than the estimator's are refused") {
   const point_to_point_estimator estimator{source, target};
   CHECK_THROWS_AS((void)estimator.estimate(start, negative), invalid_input);
 }
+
+namespace {
+
+/// The shipped terms under other names, which no vector kernel knows.
+struct own_plane {
+  static constexpr bool needs_target_normals = true;
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    point_to_plane{}(pair, emit);
+  }
+};
+struct own_point {
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    point_to_point{}(pair, emit);
+  }
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE(
+    "weights, robust kernels and sums of both terms are what they are without a vector kernel", T,
+    test::f3, test::d3) {
+  using S = typename T::scalar;
+  auto target = test::bumpy_surface<T>(3000, 1);
+  auto source = test::bumpy_surface<T>(2500, 2);
+  source.points.col(7).setConstant(test::nan<S>);
+  target.normals.col(3).setZero();
+  target.normals.col(4).setConstant(test::nan<S>);
+  const auto transform = test::random_rigid<T>(5, 0.1, 0.05);
+  correspondences<S> pairs;
+  nearest_neighbor_searcher{source, target}.find(transform, pairs);
+  pairs.push_back({7, 1, S(0)});
+  pairs.push_back({1, 3, S(0.5)});
+  pairs.push_back({1, 4, S(0.5)});
+
+  const auto check_same = [&](const auto& metric, const auto& own) {
+    for (const int threads : {1, 3}) {
+      const execution how{.threads = threads};
+      const auto step =
+          least_squares_estimator{source, target, metric, rigid_motion{}, truncated_solver{}, how}
+              .estimate(transform, pairs);
+      const auto slow =
+          least_squares_estimator{source, target, own, rigid_motion{}, truncated_solver{}, how}
+              .estimate(transform, pairs);
+      CHECK(test::difference(step.transform, slow.transform) < 4 * rounding<T>());
+      CHECK(step.fit.pairs == slow.fit.pairs);
+      CHECK(step.fit.rmse == doctest::Approx(slow.fit.rmse));
+      CHECK(step.fit.residual == doctest::Approx(slow.fit.residual));
+      CHECK((step.fit.information - slow.fit.information).norm() <
+            1e-9 * slow.fit.information.norm());
+      CHECK(step.fit.undetermined == slow.fit.undetermined);
+    }
+  };
+  const auto every_third = [](index_t s, index_t, double distance) {
+    return s % 3 == 0 ? 0.0 : 1 / (1 + distance);
+  };
+  check_same(point_to_plane{}, own_plane{});
+  check_same(point_to_point{}, own_point{});
+  check_same(weighted_term{point_to_plane{}, 0.7}, weighted_term{own_plane{}, 0.7});
+  check_same(weighted_term{point_to_plane{}, 1, every_third, huber{0.02}},
+             weighted_term{own_plane{}, 1, every_third, huber{0.02}});
+  check_same(weighted_term{point_to_point{}, 2, every_third, tukey{0.3}},
+             weighted_term{own_point{}, 2, every_third, tukey{0.3}});
+  check_same(combined_metric{point_to_plane{}, weighted_term{point_to_point{}, 0.1}},
+             combined_metric{own_plane{}, weighted_term{own_point{}, 0.1}});
+  check_same(combined_metric{weighted_term{point_to_point{}, 0.3, every_third, cauchy{0.1}},
+                             weighted_term{point_to_plane{}, 1, unit_weight{}, huber{0.05}}},
+             combined_metric{weighted_term{own_point{}, 0.3, every_third, cauchy{0.1}},
+                             weighted_term{own_plane{}, 1, unit_weight{}, huber{0.05}}});
+}

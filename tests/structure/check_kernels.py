@@ -12,11 +12,16 @@ import subprocess
 import sys
 
 
+# As in core/vector_kernels.hpp.
+NUMBERS = {"baseline": 0, "avx2": 1, "avx512": 2}
+
+
 def shared_symbols(nm, target, path):
+    own = re.compile(rf"cilantro::detail::{target}::|<\(cilantro::detail::kernel_target\){NUMBERS[target]}[,>]")
     listing = subprocess.run([nm, "--demangle", path], check=True, capture_output=True, text=True)
     for line in listing.stdout.splitlines():
         found = re.match(r"[0-9a-f]* ([WVu]) (.*)", line)
-        if found and f"cilantro::detail::{target}::" not in found[2]:
+        if found and not own.search(found[2]):
             yield found[2]
 
 

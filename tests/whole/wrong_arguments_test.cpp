@@ -300,7 +300,7 @@ TEST_CASE("wrong arguments are refused: models and registration") {
       {"align, fraction", [&] { (void)align(points, points, {.fraction = 2}); }},
       {"align, initial",
        [&] { (void)align(points, points, {.initial = rigid{Eigen::Translation3d{nan, 0, 0}}}); }},
-      {"align, normals", [&] { (void)align(as_surface(points, few_normals), points); }},
+      {"align, normals", [&] { (void)align(oriented_points_view{points, few_normals}, points); }},
       {"evaluate, dimension",
        [&] { (void)evaluate(eight, flat, identity_transform<run_time_isometry>(3)); }},
       {"nearest_neighbor_searcher, dimension",

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.consensus:constraints;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// Only directions at most `max_angle` from an axis or its opposite, in radians.
+export struct direction_limit {
+  coordinates axis;
+  double max_angle;
+};
+
+/// Only radii in this range, in the units of the points.
+export struct radius_limit {
+  double min = 0;
+  double max = std::numeric_limits<double>::infinity();
+};
+
+/// Throws `invalid_input` for an axis that is zero or of another dimension, and an angle that is
+/// not from 0 to π.
+void expect_sensible(const std::optional<direction_limit>& limit, index_t dimension);
+/// Throws `invalid_input` for a range that is empty or below 0.
+void expect_sensible(const radius_limit& limit);
+
+[[nodiscard]] bool allows(const std::optional<direction_limit>& limit,
+                          const Eigen::VectorXd& direction);
+[[nodiscard]] inline bool allows(const radius_limit& limit, double radius) {
+  return limit.min <= radius && radius <= limit.max;
+}
+
+}  // namespace cilantro

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.consensus:transform_family;
+
+import cilantro.standard;
+import cilantro.core;
+import :sample;
+
+namespace cilantro {
+
+/// Which transforms map one point of each pair to the other.
+export enum class transform_kind {
+  rigid,       ///< A rotation and a translation.
+  similarity,  ///< These, and a scale.
+  affine,      ///< Any linear map, and a translation.
+};
+
+/// Of least squares; nothing where the source does not determine it.
+[[nodiscard]] std::optional<affine_parts<double, dynamic>> fit_transform(
+    transform_kind kind, const std::optional<gathered_points>& source,
+    const std::optional<gathered_points>& target, double negligible);
+
+template <Scalar S, int D>
+double pair_distance(points_view<S, D> source, points_view<S, D> target,
+                     const Eigen::Matrix<S, D, D>& linear, const point_vector<S, D>& translation,
+                     index_t s, index_t t);
+
+/// Transforms that map the source point of each pair to its target point, in any dimension. A
+/// sample is as many pairs as determine one: Dim of a rigid or similar one (in 1D a rigid one: 1, a
+/// similar one: 2), Dim + 1 of an affine one; it is degenerate if its source points lie in a
+/// smaller subspace than that takes. The residual is the distance between the mapped source point
+/// and the target point. Views the points, which must outlive it; make one by `rigid_family`,
+/// `similarity_family` or `affine_family`.
+/// Source: Umeyama 1991, "Least-squares estimation of transformation parameters".
+export template <Scalar S, int D, transform_kind Kind>
+class transform_family {
+ public:
+  using model_type = std::conditional_t<Kind == transform_kind::rigid, rigid_transform<S, D>,
+                                        affine_transform<S, D>>;
+
+  /// Pair i is of source point `sources[i]` and target point `targets[i]`, or if both are empty of
+  /// the i-th of each.
+  transform_family(points_view<S, D> source, points_view<S, D> target,
+                   std::vector<index_t> sources = {}, std::vector<index_t> targets = {})
+      : target_{target},
+        source_{source},
+        targets_{std::move(targets)},
+        sources_{std::move(sources)} {
+    expects(targets_.size() == sources_.size() &&
+                (!targets_.empty() || target_.size() == source_.size()),
+            "transform_family: there must be as many target points as source points");
+    expects(target_.empty() || source_.empty() || target_.dimension() == source_.dimension(),
+            "transform_family: target and source must have the same dimension");
+    for (std::size_t i = 0; i < targets_.size(); ++i)
+      expects(0 <= targets_[i] && targets_[i] < target_.size() && 0 <= sources_[i] &&
+                  sources_[i] < source_.size(),
+              "transform_family: a pair is not of points");
+  }
+
+  [[nodiscard]] index_t size() const {
+    return targets_.empty() ? source_.size() : std::ssize(targets_);
+  }
+  [[nodiscard]] index_t sample_size() const {
+    const index_t d = source_.dimension();
+    if constexpr (Kind == transform_kind::affine) return d + 1;
+    return std::max<index_t>(d, Kind == transform_kind::rigid ? 1 : 2);
+  }
+  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+    const auto found = fit_transform(
+        Kind, gather_points<S, closed>(source_, chosen(sources_, indices)),
+        gather_points<S, closed>(target_, chosen(targets_, indices)), negligible_ratio<S>);
+    if (!found) return std::nullopt;
+    return make_transform<model_type>(found->linear, found->translation);
+  }
+  [[nodiscard]] double residual(const model_type& model, index_t i) const {
+    const auto at = static_cast<std::size_t>(i);
+    return pair_distance<S, closed>(source_, target_, model.linear(), model.translation(),
+                                    sources_.empty() ? i : sources_[at],
+                                    targets_.empty() ? i : targets_[at]);
+  }
+
+ private:
+  static constexpr int closed = closed_dimension<D>;
+
+  static std::vector<index_t> chosen(const std::vector<index_t>& all,
+                                     std::span<const index_t> indices) {
+    std::vector<index_t> some(indices.begin(), indices.end());
+    if (!all.empty())
+      for (index_t& i : some) i = all[static_cast<std::size_t>(i)];
+    return some;
+  }
+
+  points_view<S, D> target_, source_;
+  std::vector<index_t> targets_, sources_;
+};
+
+template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q>
+[[nodiscard]] auto transforms_between(P&& source, Q&& target) {
+  using view = points_view_of<P>;
+  return transform_family<typename view::scalar, view::static_dimension, Kind>{
+      as_points(std::forward<P>(source)), as_points(std::forward<Q>(target))};
+}
+/// Pairs of indices, by members `target` and `source`, such as the correspondences of a
+/// registration.
+export template <class R>
+concept PairRange = std::ranges::input_range<R> && requires(std::ranges::range_value_t<R> pair) {
+  { pair.target } -> std::convertible_to<index_t>;
+  { pair.source } -> std::convertible_to<index_t>;
+};
+template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q, PairRange R>
+[[nodiscard]] auto transforms_between(P&& source, Q&& target, const R& pairs) {
+  using view = points_view_of<P>;
+  std::vector<index_t> targets, sources;
+  for (const auto& pair : pairs) {
+    targets.push_back(index_t(pair.target));
+    sources.push_back(index_t(pair.source));
+  }
+  // No pairs at all are no reason to take all points instead.
+  const bool none = targets.empty();
+  const auto moving = as_points(std::forward<P>(source));
+  const auto onto = as_points(std::forward<Q>(target));
+  return transform_family<typename view::scalar, view::static_dimension, Kind>{
+      none ? moving.slice(0, 0) : moving, none ? onto.slice(0, 0) : onto, std::move(sources),
+      std::move(targets)};
+}
+
+/// Rigid transforms of pairs: the i-th points of both, or with a third argument those that a range
+/// of pairs names by `target` and `source`. Throws `invalid_input` for different sizes or
+/// dimensions, and pairs that are not of points.
+export template <class... Args>
+  requires requires(Args&&... args) {
+    transforms_between<transform_kind::rigid>(std::forward<Args>(args)...);
+  }
+[[nodiscard]] auto rigid_family(Args&&... args) {
+  return transforms_between<transform_kind::rigid>(std::forward<Args>(args)...);
+}
+/// As above, with a scale.
+export template <class... Args>
+  requires requires(Args&&... args) {
+    transforms_between<transform_kind::similarity>(std::forward<Args>(args)...);
+  }
+[[nodiscard]] auto similarity_family(Args&&... args) {
+  return transforms_between<transform_kind::similarity>(std::forward<Args>(args)...);
+}
+/// As above, with any linear part.
+export template <class... Args>
+  requires requires(Args&&... args) {
+    transforms_between<transform_kind::affine>(std::forward<Args>(args)...);
+  }
+[[nodiscard]] auto affine_family(Args&&... args) {
+  return transforms_between<transform_kind::affine>(std::forward<Args>(args)...);
+}
+
+}  // namespace cilantro

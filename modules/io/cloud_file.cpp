@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "io/common/byte_stream.hpp"
+#include "io/common/file.hpp"
+#include "io/common/number.hpp"
+module cilantro.io;
+
+import :cloud_builder;
+import :file_scope;
+
+namespace cilantro {
+namespace {
+
+enum class ending { ply, pcd, text, csv, pts, npy, raw };
+
+ending ending_of(const std::filesystem::path& path, const char* who) {
+  std::string name = path.extension().string();
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (name == ".ply") return ending::ply;
+  if (name == ".pcd") return ending::pcd;
+  if (name == ".xyz" || name == ".txt" || name == ".asc") return ending::text;
+  if (name == ".csv") return ending::csv;
+  if (name == ".pts") return ending::pts;
+  if (name == ".npy") return ending::npy;
+  if (name == ".bin") return ending::raw;
+  throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
+                      known_cloud_files() + "; .npy and .bin are read, too"};
+}
+
+/// The usual names of the columns of an array: coordinates, then an intensity, or others.
+template <int D>
+std::vector<file_field> usual_fields(index_t columns, detail::number type) {
+  std::vector<file_field> fields;
+  for (const char* axis : {"x", "y", "z"})
+    if (std::ssize(fields) < D) fields.push_back({axis, type});
+  if (columns == D + 1) fields.push_back({"intensity", type});
+  while (std::ssize(fields) < columns)
+    fields.push_back({"column_" + std::to_string(fields.size() + 1), type});
+  return fields;
+}
+
+/// A point from each row of an array.
+template <Scalar S, int D>
+point_cloud<S, D> read_rows(const std::filesystem::path& path, const read_options& options) {
+  const auto rows = read_matrix<double>(path, options.monitor);
+  if (rows.cols() < D || rows.cols() > 4096 ||
+      rows.rows() > std::numeric_limits<std::int32_t>::max())
+    throw io_error{path, "each row must hold the " + std::to_string(D) +
+                             " coordinates of a point, or more, and the array is of " +
+                             std::to_string(rows.rows()) + " x " + std::to_string(rows.cols())};
+  const auto fields = usual_fields<D>(rows.cols(), detail::number::float64);
+  cloud_builder<S, D> builder{fields, options.origin};
+  builder.resize(rows.rows());
+  for (index_t c = 0; c < rows.cols() && rows.rows() > 0; ++c)
+    builder.store_column(static_cast<std::size_t>(c), 0, rows.rows(),
+                         reinterpret_cast<const char*>(&rows(0, c)), sizeof(double), false);
+  return builder.finish({});
+}
+
+/// Floats x, y, z and an intensity for each point, in the byte order of nearly all machines, and
+/// nothing else: the scans of KITTI.
+template <Scalar S, int D>
+point_cloud<S, D> read_raw(const std::filesystem::path& path, const read_options& options) {
+  return with_stream(path, [&](detail::byte_stream& in) {
+    constexpr std::size_t record = 4 * sizeof(float), piece = 4096;
+    if (in.size() % record != 0)
+      in.fail_at_byte("the file has " + std::to_string(in.size()) +
+                      " bytes, and a point of four floats takes 16");
+    if (in.size() / record > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
+      in.fail_at_byte("there are more than 2^31 - 1 points");
+    const auto n = static_cast<index_t>(in.size() / record);
+    cloud_builder<S, D> builder{usual_fields<D>(4, detail::number::float32), options.origin};
+    builder.resize(n);
+    for (index_t first = 0; first < n; first += piece) {
+      watch(options.monitor, double(first), double(n));
+      const index_t some = std::min<index_t>(piece, n - first);
+      const char* data = in.take(static_cast<std::size_t>(some) * record);
+      for (std::size_t c = 0; c < 4; ++c)
+        builder.store_column(c, first, some, data + c * sizeof(float), record,
+                             std::endian::native == std::endian::big);
+    }
+    watch(options.monitor, 1, 1);
+    return builder.finish({});
+  });
+}
+
+}  // namespace
+
+std::string known_cloud_files() {
+  return ".ply, .pcd, .xyz, .txt, .asc, .csv or .pts";
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_options& options) {
+  switch (ending_of(path, "read_cloud")) {
+    case ending::ply:
+      return read_ply<S, D>(path, options);
+    case ending::pcd:
+      return read_pcd<S, D>(path, options);
+    case ending::text:
+    case ending::csv:
+    case ending::pts:
+      break;
+    case ending::npy:
+      return read_rows<S, D>(path, options);
+    case ending::raw:
+      return read_raw<S, D>(path, options);
+  }
+  return read_text<S, D>(path, {.origin = options.origin, .monitor = options.monitor});
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
+                 const task_monitor& monitor) {
+  switch (ending_of(path, "write_cloud")) {
+    case ending::ply:
+      return write_ply(cloud, path, {.monitor = monitor});
+    case ending::pcd:
+      return write_pcd(cloud, path, {.monitor = monitor});
+    case ending::text:
+      return write_text(cloud, path, {.monitor = monitor});
+    case ending::csv:
+      return write_text(cloud, path, {.separator = ',', .monitor = monitor});
+    case ending::pts:
+      if constexpr (D == 3)
+        return write_pts(cloud, path, monitor);
+      else
+        throw invalid_input{"write_cloud: the points of a PTS file have three coordinates"};
+    case ending::npy:
+    case ending::raw:
+      break;
+  }
+  throw invalid_input{"write_cloud: \"" + path.string() +
+                      "\" is of a kind that is only read: clouds are written to " +
+                      known_cloud_files()};
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                                \
+  template point_cloud<S, D> read_cloud<S, D>(const std::filesystem::path&, const read_options&); \
+  template void write_cloud(const point_cloud<S, D>&, const std::filesystem::path&,               \
+                            const task_monitor&);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

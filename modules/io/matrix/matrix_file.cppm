@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.io:matrix_file;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// A matrix of any size.
+export template <Scalar S>
+using any_matrix = Eigen::Matrix<S, dynamic, dynamic>;
+
+/// Reads a matrix from NumPy's binary format (NPY, versions 1 to 3), if the file begins like one,
+/// otherwise from text, a row a line, separated by white space, commas or semicolons, with lines
+/// that begin with # passed over.
+///
+/// Integers and floating numbers of any size and byte order are converted to S; an array of one
+/// dimension is a column, a single number one entry. Points stored by NumPy as N × Dim are the
+/// transpose of ours. Throws `io_error` with path and place for anything else, for rows of
+/// different lengths, and for what is truncated; memory is bounded by the size of the file. Source:
+/// NumPy enhancement proposal 1, "A simple file format for NumPy arrays".
+export template <Scalar S>
+[[nodiscard]] any_matrix<S> read_matrix(const std::filesystem::path& path,
+                                        const task_monitor& monitor = {});
+/// As above, from memory; errors call it `name`.
+export template <Scalar S>
+[[nodiscard]] any_matrix<S> read_matrix(std::span<const std::byte> bytes,
+                                        const std::filesystem::path& name = "memory",
+                                        const task_monitor& monitor = {});
+
+export enum class matrix_format { text, npy };
+
+template <Scalar S>
+void closed_write_matrix(const Eigen::Ref<const any_matrix<S>>& matrix,
+                         const std::filesystem::path& path, matrix_format format,
+                         const task_monitor& monitor);
+
+/// Writes a matrix, exactly, as text or in NumPy's binary format, in which it keeps its rows and
+/// columns. The file appears when it is complete, as with `write_ply`. Throws `io_error`.
+export template <class M>
+  requires std::derived_from<M, Eigen::MatrixBase<M>> && Scalar<typename M::Scalar>
+void write_matrix(const M& matrix, const std::filesystem::path& path,
+                  matrix_format format = matrix_format::npy, const task_monitor& monitor = {}) {
+  closed_write_matrix<typename M::Scalar>(any_matrix<typename M::Scalar>{matrix}, path, format,
+                                          monitor);
+}
+
+}  // namespace cilantro

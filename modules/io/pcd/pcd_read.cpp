@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <lzf.h>
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "io/common/byte_stream.hpp"
+#include "io/common/file.hpp"
+#include "io/common/number.hpp"
+#include "io/pcd/pcd_header.hpp"
+module cilantro.io;
+
+import :cloud_builder;
+import :file_scope;
+
+namespace cilantro {
+namespace {
+
+using detail::byte_stream;
+using detail::word_reader;
+using pcd::encoding;
+
+constexpr bool swapped = std::endian::native == std::endian::big;
+
+/// A column for each value of each field.
+std::vector<file_field> fields_of(const pcd::header& header) {
+  std::vector<file_field> fields;
+  for (const auto& f : header.fields)
+    for (std::uint32_t k = 0; k < f.count; ++k)
+      fields.push_back(
+          {f.count == 1 ? f.name : f.name + '[' + std::to_string(k) + ']', f.type, f.name == "_"});
+  return fields;
+}
+
+template <Scalar S, int D>
+class pcd_reader {
+ public:
+  pcd_reader(byte_stream& in, const read_options& options)
+      : in_{in},
+        monitor_{options.monitor},
+        header_{pcd::read_header(in)},
+        fields_{fields_of(header_)},
+        builder_{fields_, options.origin, cloud_builder<S, D>::style::packed} {
+    if (!builder_.has_points())
+      in_.fail_at_line(D == 2 ? "the points have no x and y" : "the points have no x, y and z");
+    if (header_.points > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
+      in_.fail_at_line("there are more than 2^31 - 1 points");
+    count_ = static_cast<index_t>(header_.points);
+  }
+
+  point_cloud<S, D> read() {
+    switch (header_.data) {
+      case encoding::ascii:
+        read_lines();
+        break;
+      case encoding::binary:
+        read_records();
+        break;
+      case encoding::binary_compressed:
+        read_compressed();
+    }
+    watch(monitor_, 1, 1);
+    auto cloud = builder_.finish(std::move(header_.comments));
+    // A height of 1 is what a cloud without organisation is written with. Both fit, as their
+    // product does.
+    if (header_.height > 1 && header_.width > 0) {
+      cloud.width = static_cast<int>(header_.width);
+      cloud.height = static_cast<int>(header_.height);
+    }
+    return cloud;
+  }
+
+ private:
+  /// Refuses a count that the rest of the file cannot hold before any memory is asked for.
+  void expect_bytes(std::uint64_t each) {
+    if (each == 0 || header_.points > (in_.remaining() + 1) / each)
+      in_.fail_at_byte("the header promises " + std::to_string(header_.points) +
+                       " points of at least " + std::to_string(each) + " bytes, and only " +
+                       std::to_string(in_.remaining()) + " bytes are left");
+  }
+
+  void read_lines() {
+    expect_bytes(2 * header_.columns());
+    builder_.resize(count_);
+    for (index_t i = 0; i < count_; ++i) {
+      if (i % 4096 == 0) watch(monitor_, double(i), double(count_));
+      word_reader words{next_line(), true};
+      for (std::size_t f = 0; f < fields_.size(); ++f)
+        detail::visit_number(fields_[f].type, [&]<class T>(T value) {
+          const auto word = words.next();
+          if (word.empty()) in_.fail_at_line("the value of \"" + fields_[f].name + "\" is missing");
+          if (!detail::parse_number(word, value))
+            in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no value of \"" +
+                             fields_[f].name + "\"");
+          builder_.store(f, i, value);
+        });
+      if (!words.done()) in_.fail_at_line("there are more values than fields");
+    }
+  }
+
+  /// The next line that is neither blank nor a comment.
+  std::string_view next_line() {
+    for (;;) {
+      const auto line = in_.take_line();
+      if (!line) in_.fail_at_line("the file ends before all points were read");
+      if (!line->starts_with('#') && !word_reader{*line}.done()) return *line;
+    }
+  }
+
+  void read_records() {
+    const std::uint64_t record = header_.record();
+    expect_bytes(record);
+    builder_.resize(count_);
+    const auto at_a_time =
+        static_cast<index_t>(std::max<std::uint64_t>(1, (std::uint64_t{1} << 16) / record));
+    for (index_t first = 0; first < count_; first += at_a_time) {
+      watch(monitor_, double(first), double(count_));
+      const index_t n = std::min(at_a_time, count_ - first);
+      const char* data = in_.take(static_cast<std::size_t>(record) * static_cast<std::size_t>(n));
+      for (std::size_t f = 0; f < fields_.size(); ++f) {
+        builder_.store_column(f, first, n, data, static_cast<std::size_t>(record), swapped);
+        data += detail::size_of(fields_[f].type);
+      }
+    }
+  }
+
+  /// Field after field, each of all points.
+  void read_compressed() {
+    const auto compressed = detail::load_number<std::uint32_t>(in_.take(4), swapped);
+    const auto size = detail::load_number<std::uint32_t>(in_.take(4), swapped);
+    if (size != header_.points * header_.record())
+      in_.fail_at_byte("the compressed data are " + std::to_string(size) +
+                       " bytes, which are not those of all points");
+    // Of LZF's tokens, the one of three bytes says most: 264 bytes.
+    if (compressed > in_.remaining() || size > std::uint64_t{compressed} * 88)
+      in_.fail_at_byte("the compressed data are not all there");
+    std::vector<char> data(size);
+    builder_.resize(count_);
+    if (size == 0) return;
+    const char* in = in_.take(compressed);
+    watch(monitor_, 0, 1);
+    if (lzf_decompress(in, compressed, data.data(), size) != size)
+      in_.fail_at_byte("the compressed data are damaged");
+    const char* column = data.data();
+    std::size_t f = 0;
+    for (const auto& field : header_.fields) {
+      watch(monitor_, double(f), double(fields_.size()));
+      const std::size_t each = detail::size_of(field.type);
+      for (std::uint32_t k = 0; k < field.count; ++k, ++f)
+        builder_.store_column(f, 0, count_, column + k * each, field.count * each, swapped);
+      column += field.count * each * static_cast<std::size_t>(count_);
+    }
+  }
+
+  byte_stream& in_;
+  const task_monitor& monitor_;
+  pcd::header header_;
+  std::vector<file_field> fields_;
+  cloud_builder<S, D> builder_;
+  index_t count_ = 0;
+};
+
+}  // namespace
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> read_pcd(const std::filesystem::path& path, const read_options& options) {
+  return with_stream(path, [&](byte_stream& in) { return pcd_reader<S, D>{in, options}.read(); });
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> read_pcd(std::span<const std::byte> bytes, const std::filesystem::path& name,
+                           const read_options& options) {
+  return with_stream(bytes, name,
+                     [&](byte_stream& in) { return pcd_reader<S, D>{in, options}.read(); });
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template point_cloud<S, D> read_pcd<S, D>(const std::filesystem::path&, const read_options&); \
+  template point_cloud<S, D> read_pcd<S, D>(std::span<const std::byte>,                         \
+                                            const std::filesystem::path&, const read_options&);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "io/common/byte_stream.hpp"
+#include "io/common/file.hpp"
+#include "io/common/number.hpp"
+#include "io/ply/ply_header.hpp"
+module cilantro.io;
+
+import :cloud_builder;
+import :cloud_columns;
+import :file_scope;
+
+namespace cilantro {
+namespace {
+
+std::vector<file_column> ply_columns(const auto& cloud, bool float_colors) {
+  using color_form = enum column_style::colors;
+  auto columns =
+      columns_of(cloud, {.colors = float_colors ? color_form::floating : color_form::eight_bit});
+  expect_writable_names(columns, "write_ply");
+  for (const auto& c : columns)
+    expects(
+        c.type() != detail::number::int64 && c.type() != detail::number::uint64,
+        "write_ply: PLY has no integers of 64 bits, as those of the attribute \"" + c.name + '"');
+  return columns;
+}
+
+std::string header_of(const std::vector<file_column>& columns,
+                      const std::vector<std::string>& comments, index_t size, ply_format format) {
+  constexpr std::array formats{"ascii", "binary_little_endian", "binary_big_endian"};
+  std::string text =
+      std::string{"ply\nformat "} + formats[static_cast<std::size_t>(format)] + " 1.0\n";
+  for (const std::string& comment : comments) {
+    // A comment of several lines would end the header's line, and with luck the header.
+    std::string_view rest = comment;
+    const bool is_info = rest.starts_with("obj_info ");
+    if (is_info) rest.remove_prefix(9);
+    for (bool more = true; more;) {
+      const auto end = rest.find_first_of("\r\n");
+      text += (is_info ? "obj_info " : "comment ") + std::string{rest.substr(0, end)} + '\n';
+      more = end != rest.npos;
+      if (more) rest.remove_prefix(end + 1);
+    }
+  }
+  text += "element vertex " + std::to_string(size) + '\n';
+  for (const file_column& c : columns)
+    text += "property " + std::string{ply::number_names[static_cast<std::size_t>(c.type())].first} +
+            ' ' + c.name + '\n';
+  return text + "end_header\n";
+}
+
+}  // namespace
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
+               const ply_write_options& options) {
+  expect_consistent(cloud, "write_ply");
+  const auto columns = ply_columns(cloud, options.float_colors);
+  auto comments = cloud.comments;
+  if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
+  if (cloud.is_organized()) comments.push_back(size_comment(cloud.width, cloud.height));
+  const auto header = header_of(columns, comments, cloud.size(), options.format);
+  with_output(path, [&](detail::output_file& file) {
+    const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
+    put(header);
+    if (options.format == ply_format::ascii)
+      return encode_text(columns, cloud.size(), ' ', options.monitor, put);
+    const bool swap = (options.format == ply_format::binary_big_endian) !=
+                      (std::endian::native == std::endian::big);
+    encode_binary(columns, cloud.size(), swap, options.monitor, put);
+  });
+}
+
+template void write_ply(const point_cloud<float, 2>&, const std::filesystem::path&,
+                        const ply_write_options&);
+template void write_ply(const point_cloud<float, 3>&, const std::filesystem::path&,
+                        const ply_write_options&);
+template void write_ply(const point_cloud<double, 2>&, const std::filesystem::path&,
+                        const ply_write_options&);
+template void write_ply(const point_cloud<double, 3>&, const std::filesystem::path&,
+                        const ply_write_options&);
+
+}  // namespace cilantro

@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "io/common/byte_stream.hpp"
+#include "io/common/file.hpp"
+#include "io/common/number.hpp"
+module cilantro.io;
+
+import :cloud_builder;
+import :cloud_columns;
+import :file_scope;
+
+namespace cilantro {
+namespace {
+
+using detail::byte_stream;
+using detail::number;
+using detail::word_reader;
+using names = std::vector<std::string>;
+
+/// More columns than any exporter writes; a line of many numbers is not a point.
+constexpr std::size_t most_columns = 4096;
+
+names words_of(std::string_view line) {
+  names all;
+  word_reader words{line, true};
+  for (auto word = words.next(); !word.empty(); word = words.next()) {
+    if (word.size() > 2 && word.front() == '"' && word.back() == '"')
+      word = word.substr(1, word.size() - 2);
+    all.emplace_back(word);
+  }
+  return all;
+}
+
+bool is_number(std::string_view word) {
+  double value;
+  return detail::parse_number(word, value);
+}
+
+/// Whether words are names of columns: the coordinates are among them.
+template <int D>
+bool are_names(const names& words) {
+  const auto has = [&](std::string_view name) {
+    return std::ranges::any_of(words, [&](const auto& word) { return same_name(word, name); });
+  };
+  return has("x") && has("y") && (D == 2 || has("z"));
+}
+
+template <Scalar S, int D>
+class text_reader {
+ public:
+  text_reader(byte_stream& in, const text_read_options& options) : in_{in}, options_{options} {}
+
+  point_cloud<S, D> read() {
+    read_rows();
+    const auto fields = describe();
+    cloud_builder<S, D> builder{fields, options_.origin, cloud_builder<S, D>::style::text};
+    expects(builder.has_points() || options_.columns.empty(),
+            D == 2 ? "read_text: the columns must name x and y"
+                   : "read_text: the columns must name x, y and z");
+    if (!builder.has_points())
+      in_.fail_at_line(D == 2 ? "the points have no x and y" : "the points have no x, y and z");
+    builder.resize(rows_);
+    for (std::size_t c = 0; c < columns_ && rows_ > 0; ++c) {
+      const auto* data = reinterpret_cast<const char*>(values_.data() + c);
+      if (fields[c].type == number::float64)
+        builder.store_column(c, 0, rows_, data, columns_ * sizeof(double), false);
+      else
+        for (index_t i = 0; i < rows_; ++i)
+          builder.store(c, i, static_cast<std::uint8_t>(value(i, c)));
+    }
+    values_ = {};
+    watch(options_.monitor, 1, 1);
+    return builder.finish(std::move(comments_));
+  }
+
+ private:
+  [[nodiscard]] double value(index_t row, std::size_t column) const {
+    return values_[static_cast<std::size_t>(row) * columns_ + column];
+  }
+
+  void read_rows() {
+    in_.skip_byte_order_mark();
+    std::uint64_t lines = 0;
+    for (auto line = in_.take_line(); line; line = in_.take_line()) {
+      if (lines++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
+      if (is_comment(*line)) continue;
+      if (rows_ == count_.value_or(-1)) {
+        if (take_next_count(*line)) continue;
+        comments_.push_back("the file goes on after the " + std::to_string(*count_) +
+                            " points that it says it has");
+        break;
+      }
+      if (columns_ > 0 ? take_row(*line) : take_first_row(*line)) ++rows_;
+      if (rows_ == std::numeric_limits<std::int32_t>::max())
+        in_.fail_at_line("there are more than 2^31 - 1 points");
+    }
+    if (rows_ < count_.value_or(0))
+      in_.fail_at_line("the file ends after " + std::to_string(rows_) +
+                       " points, and says it has " + std::to_string(*count_));
+  }
+
+  /// After all the points of a PTS file: the count of another scan, which begins here. False if it
+  /// is something else.
+  bool take_next_count(std::string_view line) {
+    const auto words = words_of(line);
+    if (words.empty()) return true;
+    std::uint32_t more = 0;
+    if (words.size() > 1 || !detail::parse_number(words[0], more)) return false;
+    if (more > in_.remaining() / (2 * D - 1) + 1)
+      in_.fail_at_line("the file says that it has more points than fit it");
+    *count_ += more;
+    return true;
+  }
+
+  bool is_comment(std::string_view line) {
+    while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
+    const bool slashes = line.starts_with("//");
+    if (!slashes && !line.starts_with('#')) return false;
+    line.remove_prefix(slashes ? 2 : 1);
+    if (line.starts_with(' ')) line.remove_prefix(1);
+    comments_.emplace_back(line);
+    return true;
+  }
+
+  /// Appends the values of a line; false if it is blank.
+  bool take_row(std::string_view line) {
+    if (has_decimal_commas_) {
+      row_ = line;
+      std::ranges::replace(row_, ',', '.');
+      line = row_;
+    }
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    const auto skip = [&] {
+      while (at != end && is_separator(*at)) ++at;
+    };
+    skip();
+    if (at == end) return false;
+    std::size_t count = 0;
+    for (; at != end; skip(), ++count) {
+      if (count == columns_)
+        in_.fail_at_line("this line has another number of values than those before");
+      double real = 0;
+      const auto [rest, error] = std::from_chars(at, end, real);
+      if (error != std::errc{} || (rest != end && !is_separator(*rest))) {
+        // The rare forms: a plus sign, or what is too small or too large.
+        word_reader words{{at, static_cast<std::size_t>(end - at)}, true};
+        const auto word = words.next();
+        if (!detail::parse_number(word, real) && !is_skipped(count))
+          in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no number");
+        at = word.data() + word.size();
+      } else {
+        at = rest;
+      }
+      values_.push_back(real);
+    }
+    if (count < columns_)
+      in_.fail_at_line("this line has another number of values than those before");
+    return true;
+  }
+
+  static bool is_separator(char c) {
+    return c == ' ' || c == ',' || c == '\t' || c == ';' || c == '\r' || c == '\v' || c == '\f';
+  }
+
+  /// Whether the caller does not want a column, which may then hold words.
+  [[nodiscard]] bool is_skipped(std::size_t column) const {
+    return column < options_.columns.size() && options_.columns[column] == "_";
+  }
+
+  /// Up to the first point: the count, names, and how many columns there are.
+  bool take_first_row(std::string_view line) {
+    const auto words = words_of(line);
+    if (words.empty()) return false;
+    if (words.size() > most_columns) in_.fail_at_line("there are more than 4096 values in a line");
+    std::uint32_t count = 0;
+    if (words.size() == 1 && !count_ && detail::parse_number(words[0], count)) {
+      // A point takes at least as many digits and separators as it has coordinates.
+      if (count > in_.remaining() / (2 * D - 1) + 1)
+        in_.fail_at_line("the file says that it has more points than fit it");
+      count_ = count;
+      return false;
+    }
+    // Where the caller has named the columns, what the file calls them does not matter.
+    const bool is_head =
+        options_.columns.empty() ? are_names<D>(words) : std::ranges::none_of(words, is_number);
+    if (is_head && names_.empty()) {
+      names_ = words;
+      return false;
+    }
+    // Where semicolons separate, a comma does not.
+    has_decimal_commas_ = line.find(';') != line.npos && line.find(',') != line.npos;
+    columns_ = has_decimal_commas_
+                   ? static_cast<std::size_t>(std::ranges::count(line, ';')) + !line.ends_with(';')
+                   : words.size();
+    return take_row(line);
+  }
+
+  /// Whether columns `first` to `first + 2` are whole numbers from 0 to 255, and, unless that does
+  /// not matter, not all 0 or 1.
+  [[nodiscard]] bool are_bytes(std::size_t first, bool must_exceed_one = true) const {
+    bool exceeds_one = !must_exceed_one;
+    for (index_t i = 0; i < rows_; ++i)
+      for (std::size_t c = first; c < first + 3; ++c) {
+        const double v = value(i, c);
+        if (!(v >= 0 && v <= 255 && v == std::floor(v))) return false;
+        exceeds_one = exceeds_one || v > 1;
+      }
+    return exceeds_one;
+  }
+
+  [[nodiscard]] names usual_names() const {
+    names all{"x", "y", "z"};
+    all.resize(D);
+    const names normals = D == 2 ? names{"nx", "ny"} : names{"nx", "ny", "nz"};
+    const names colors{"r", "g", "b"};
+    const auto add = [&](const names& more) { all.insert(all.end(), more.begin(), more.end()); };
+    switch (columns_ - std::min<std::size_t>(columns_, D)) {
+      case 1:
+        add({"intensity"});
+        break;
+      case 2:
+        if (D == 2) add(normals);
+        break;
+      case 3:
+        // PTS files have no normals.
+        if (D == 3) add(count_ || are_bytes(D) ? colors : normals);
+        if (D == 2 && are_bytes(D)) add(colors);
+        break;
+      case 4:
+        if (!count_ && are_bytes(D)) {
+          add(colors);
+          add({"alpha"});
+        } else {
+          add({"intensity"});
+          add(colors);
+        }
+        break;
+      case 6:
+        if (D == 3) {
+          add(are_bytes(D) ? colors : normals);
+          add(are_bytes(D) ? normals : colors);
+        }
+        break;
+      default:
+        break;
+    }
+    while (all.size() < columns_) all.push_back("column_" + std::to_string(all.size() + 1));
+    all.resize(columns_);
+    return all;
+  }
+
+  /// The columns by what the caller, the file or custom says.
+  std::vector<file_field> describe() {
+    names all = options_.columns;
+    if (!all.empty() && rows_ > 0 && all.size() != columns_)
+      in_.fail_at_line("there are " + std::to_string(columns_) + " columns, and " +
+                       std::to_string(all.size()) + " were named");
+    if (all.empty()) {
+      all = names_;
+      // The last one, which stands before the points: others are of whoever wrote them.
+      for (auto at = comments_.end(); all.empty() && at != comments_.begin();) {
+        --at;
+        if (auto words = words_of(*at);
+            (words.size() == columns_ || rows_ == 0) && are_names<D>(words)) {
+          all = std::move(words);
+          comments_.erase(at);
+          break;
+        }
+      }
+      if (!all.empty() && rows_ > 0 && all.size() != columns_)
+        in_.fail_at_line("there are " + std::to_string(columns_) + " columns, and " +
+                         std::to_string(all.size()) + " names");
+    }
+    if (rows_ == 0) columns_ = all.empty() ? D : all.size();
+    if (all.empty()) all = usual_names();
+    std::vector<std::string_view> seen;
+    for (const auto& name : all)
+      if (name != "_") seen.push_back(name);
+    if (const auto twice = repeated_name(std::move(seen)))
+      in_.fail_at_line("the column \"" + std::string{twice->substr(0, 40)} + "\" comes twice");
+
+    std::vector<file_field> fields;
+    for (const auto& name : all) fields.push_back({name, number::float64, name == "_"});
+    // Spelled out, as this library writes them, whole numbers are from 0 to 255 even if all are
+    // dark; r, g and b of 0 and 1 are more likely to be pure colours.
+    for (std::size_t c = 0; c + 2 < fields.size(); ++c) {
+      const auto are = [&](std::string_view red, std::string_view green, std::string_view blue) {
+        return same_name(fields[c].name, red) && same_name(fields[c + 1].name, green) &&
+               same_name(fields[c + 2].name, blue);
+      };
+      if ((are("red", "green", "blue") && are_bytes(c, false)) ||
+          (are("r", "g", "b") && are_bytes(c, !count_)))
+        for (std::size_t i = c; i < c + 3; ++i) fields[i].type = number::uint8;
+    }
+    return fields;
+  }
+
+  byte_stream& in_;
+  const text_read_options& options_;
+  names names_;
+  std::vector<std::string> comments_;
+  std::optional<index_t> count_;
+  std::size_t columns_ = 0;
+  index_t rows_ = 0;
+  bool has_decimal_commas_ = false;
+  std::string row_;
+  std::vector<double> values_;  ///< Row after row.
+};
+
+}  // namespace
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> read_text(const std::filesystem::path& path, const text_read_options& options) {
+  return with_stream(path, [&](byte_stream& in) { return text_reader<S, D>{in, options}.read(); });
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> read_text(std::span<const std::byte> bytes, const std::filesystem::path& name,
+                            const text_read_options& options) {
+  return with_stream(bytes, name,
+                     [&](byte_stream& in) { return text_reader<S, D>{in, options}.read(); });
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+void write_text(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
+                const text_write_options& options) {
+  expect_consistent(cloud, "write_text");
+  const char separator = options.separator;
+  const bool is_space = separator == ' ' || separator == '\t';
+  expects(is_space || separator == ',' || separator == ';',
+          "write_text: the separator must be a space, a tab, a comma or a semicolon");
+  const auto columns = columns_of(cloud, {});
+  expect_writable_names(columns, "write_text", ",;\"");
+  for (const auto& column : columns)
+    expects(column.name != "_", "write_text: the attribute \"_\" would be skipped on reading");
+  with_output(path, [&](detail::output_file& file) {
+    const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
+    std::string head;
+    if (is_space) {
+      auto comments = cloud.comments;
+      if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
+      if (cloud.is_organized()) comments.push_back(size_comment(cloud.width, cloud.height));
+      for (std::string comment : comments) {
+        std::ranges::replace_if(comment, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+        head += "# " + comment + '\n';
+      }
+    }
+    if (options.names) {
+      if (is_space) head += "# ";
+      for (const auto& c : columns) head += c.name + separator;
+      head.back() = '\n';
+    }
+    put(head);
+    encode_text(columns, cloud.size(), separator, options.monitor, put);
+  });
+}
+
+template <Scalar S>
+void write_pts(const point_cloud<S, 3>& cloud, const std::filesystem::path& path,
+               const task_monitor& monitor) {
+  expect_consistent(cloud, "write_pts");
+  auto columns = columns_of(cloud, {});
+  const auto intensity = std::ranges::find(columns, "intensity", &file_column::name);
+  const bool has_intensity = intensity != columns.end();
+  expects(!cloud.has_normals() && cloud.attributes.size() == (has_intensity ? 1u : 0u),
+          "write_pts: a PTS file has no place for normals or for attributes other than intensity");
+  if (has_intensity) std::rotate(columns.begin() + 3, intensity, columns.end());
+  with_output(path, [&](detail::output_file& file) {
+    const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
+    put(std::to_string(cloud.size()) + '\n');
+    encode_text(columns, cloud.size(), ' ', monitor, put);
+  });
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                         \
+  template point_cloud<S, D> read_text<S, D>(const std::filesystem::path&,                 \
+                                             const text_read_options&);                    \
+  template point_cloud<S, D> read_text<S, D>(                                              \
+      std::span<const std::byte>, const std::filesystem::path&, const text_read_options&); \
+  template void write_text(const point_cloud<S, D>&, const std::filesystem::path&,         \
+                           const text_write_options&);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+#undef CILANTRO_INSTANTIATE
+template void write_pts(const point_cloud<float, 3>&, const std::filesystem::path&,
+                        const task_monitor&);
+template void write_pts(const point_cloud<double, 3>&, const std::filesystem::path&,
+                        const task_monitor&);
+
+}  // namespace cilantro

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.registration:unit_normals;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// Throws `invalid_input`, naming the set, if a normal is neither of unit length, to one part in a
+/// hundred, nor zero or not finite, which means unknown: residuals along it would be of another
+/// unit.
+template <Scalar S, int D>
+void expect_unit_length(points_view<S, D> normals, const char* whose) {
+  for (index_t i = 0; i < normals.size(); ++i) {
+    const double square = normals[i].template cast<double>().squaredNorm();
+    if (square != 0 && std::isfinite(square) && !(square > 0.98 && square < 1.02))
+      throw invalid_input{"registration: normals must have unit length, and normal " +
+                          std::to_string(i) + " of the " + whose + " has a length of " +
+                          in_digits(std::sqrt(square))};
+  }
+}
+
+}  // namespace cilantro

@@ -1,7 +1,6 @@
 # The units that are compiled once for each set of vector instructions, of which the library chooses
 # at run time. Why: docs/decisions/0017-vector-kernels.md
-file(GLOB_RECURSE cilantro_vector_kernels CONFIGURE_DEPENDS modules/*.cpp)
-list(FILTER cilantro_vector_kernels INCLUDE REGEX "/kernels/")
+file(GLOB cilantro_vector_kernels CONFIGURE_DEPENDS modules/*/kernels/*.cpp)
 
 set(cilantro_kernel_objects)
 # No fused operations: what is computed must not depend on the machine. Square roots set no errno.

@@ -350,6 +350,24 @@ export template <Scalar S, int D, CovarianceEstimator<S, D> E>
                       estimate_normals(cloud.points, spec, estimate, local_to(cloud, options)));
 }
 
+/// As above, from neighbourhoods that are known.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud,
+                                                 const neighborhoods<S>& near,
+                                                 const normals_options& options = {}) {
+  expect_consistent(cloud, "estimate_normals");
+  return with_normals(std::move(cloud),
+                      estimate_normals(cloud.points, near, local_to(cloud, options)));
+}
+export template <Scalar S, int D, CovarianceEstimator<S, D> E>
+[[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud,
+                                                 const neighborhoods<S>& near, const E& estimate,
+                                                 const normals_options& options = {}) {
+  expect_consistent(cloud, "estimate_normals");
+  return with_normals(std::move(cloud),
+                      estimate_normals(cloud.points, near, estimate, local_to(cloud, options)));
+}
+
 /// One point per occupied cell, as `voxel_downsample` on points: the mean of the points, of the
 /// normals (turned to one side, at unit length) and of the colours of a cell; attributes as a mean
 /// if they are floating, as the lower median if they are integers. Or one of the points of the

@@ -19,6 +19,11 @@ concept OrientedPoints = PointsSource<T> && requires(const std::remove_cvref_t<T
   } -> std::convertible_to<points_view_of<T>>;
 };
 
+/// One vector a point that is none itself, such as a normal or a colour: what has normals of its
+/// own is not meant, since those would be.
+export template <class T>
+concept PointwiseVectors = PointsSource<T> && !OrientedPoints<T>;
+
 /// The normals of points of any kind for the length of a call, none where their type says none.
 export template <PointsSource T>
 [[nodiscard]] auto normals_in(const T& source) -> points_view_of<T> {
@@ -37,7 +42,28 @@ export template <PointsSource T>
     return point_vector<double, dimension_of<T>>::Zero(points_in(source).dimension());
 }
 
-/// Points, and their normals where those are known. Owns nothing.
+/// Throws `invalid_input`, naming the function `who`, for points whose coordinates do not begin at
+/// the origin of the world, where coordinates of both would be mixed.
+export template <PointsSource T>
+void expect_local(const T& points, const char* who) {
+  if constexpr (requires { points_traits<T>::origin(points); })
+    expects(origin_in(points).isZero(0),
+            std::string{who} +
+                ": the points have an origin, and the function looks at coordinates "
+                "without it; take the function on clouds, or give the cloud's .points");
+}
+
+/// Throws `invalid_input`, naming the function `who`, for two sets whose coordinates begin at
+/// different places in the world.
+export template <PointsSource A, PointsSource B>
+void expect_same_origin(const A& a, const B& b, const char* who) {
+  expects(points_in(a).empty() || points_in(b).empty() ||
+              points_in(a).dimension() != points_in(b).dimension() ||
+              (origin_in(a) - origin_in(b)).isZero(0),
+          std::string{who} + ": source and target have different origins");
+}
+
+/// Points, and their normals where those are known. Owns nothing, and has no origin.
 export template <Scalar S, int D>
 struct oriented_points_view {
   points_view<S, D> points;
@@ -45,11 +71,15 @@ struct oriented_points_view {
 
   oriented_points_view() = default;
   /// Points of any kind, with the normals that they have. Temporaries that own them are refused.
+  /// Throws `invalid_input` for points with an origin, which would be lost.
   template <BorrowedPoints P>
   explicit oriented_points_view(P&& source)
-      : oriented_points_view{as_points(source), normals_in(source)} {}
+      : oriented_points_view{as_points(source), normals_in(source)} {
+    expect_local(source, "oriented_points_view");
+  }
   /// Throws `invalid_input` unless there is one normal a point, or none, and of their dimension.
   template <BorrowedPoints P, BorrowedPoints N>
+    requires PointwiseVectors<N>
   oriented_points_view(P&& where, N&& directions)
       : points{as_points(std::forward<P>(where))}, normals{as_points(std::forward<N>(directions))} {
     expects(normals.empty() || normals.size() == points.size(),
@@ -72,11 +102,5 @@ struct points_traits<oriented_points_view<S, D>> {
 };
 template <Scalar S, int D>
 inline constexpr bool enable_borrowed_points<oriented_points_view<S, D>> = true;
-
-/// Points of any kind with the normals that they have, for the length of a call.
-export template <PointsSource T>
-[[nodiscard]] auto oriented_points_in(const T& source) {
-  return oriented_points_view<scalar_of<T>, dimension_of<T>>{source};
-}
 
 }  // namespace cilantro

@@ -5,6 +5,7 @@ import cilantro.standard;
 import cilantro.eigen;
 import :error;
 import :points;
+import :oriented_points;
 
 namespace cilantro {
 
@@ -180,6 +181,7 @@ void transform_points(const T& transform, const P& points, Eigen::MatrixBase<Out
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const auto view = points_in(points);
+  expect_local(points, "transform_points");
   expects(out.rows() == view.dimension() && out.cols() == view.size(),
           "transform_points: the output must have the size of the points");
   expects(transform.linear().rows() == view.dimension(),
@@ -202,7 +204,7 @@ export template <PointsSource P, AffineMap T>
 /// times each normal, brought back to unit length. `out` may be the matrix of the normals itself.
 /// Zero normals, which stand for unknown ones, stay zero. Throws `invalid_input` for a transform
 /// that cannot be inverted, or mismatched sizes.
-export template <PointsSource P, AffineMap T, class Out>
+export template <PointwiseVectors P, AffineMap T, class Out>
   requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
            std::same_as<typename T::Scalar, scalar_of<P>>
 void transform_normals(const T& transform, const P& normals, Eigen::MatrixBase<Out>& out) {
@@ -220,7 +222,7 @@ void transform_normals(const T& transform, const P& normals, Eigen::MatrixBase<O
   apply_to_directions<S, C>(view, linear.template cast<S>(), out.derived().data(),
                             points_in(out.derived()).stride());
 }
-export template <PointsSource P, AffineMap T>
+export template <PointwiseVectors P, AffineMap T>
   requires std::same_as<typename T::Scalar, scalar_of<P>>
 [[nodiscard]] auto transform_normals(const T& transform, const P& normals) {
   const auto view = points_in(normals);

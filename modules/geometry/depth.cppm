@@ -152,6 +152,7 @@ export template <PointsSource P>
 [[nodiscard]] image<std::int32_t> project(const P& points,
                                           const pinhole_camera<scalar_of<P>>& camera,
                                           const projection_options& options = {}) {
+  expect_local(points, "project");
   return closed_project<scalar_of<P>>(points_in(points), camera, options);
 }
 
@@ -161,6 +162,7 @@ export template <PointsSource P>
 [[nodiscard]] image<scalar_of<P>> project_depth(const P& points,
                                                 const pinhole_camera<scalar_of<P>>& camera,
                                                 const projection_options& options = {}) {
+  expect_local(points, "project_depth");
   const auto view = points_in(points);
   return closed_depth_of<scalar_of<P>>(view, closed_project<scalar_of<P>>(view, camera, options),
                                        camera);

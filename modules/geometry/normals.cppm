@@ -65,6 +65,7 @@ export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
+  if (options.viewpoint) expect_local(points, "estimate_normals");
   auto found = closed_normals(closed_points(points), spec, options);
   return {std::move(found.normals), std::move(found.curvature)};
 }
@@ -75,6 +76,7 @@ export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
+  if (options.viewpoint) expect_local(points, "estimate_normals");
   auto found = closed_normals(closed_points(points), near, options);
   return {std::move(found.normals), std::move(found.curvature)};
 }
@@ -87,6 +89,7 @@ template <PointsSource P, class Near, class E>
   using S = scalar_of<P>;
   constexpr int D = dimension_of<P>;
   constexpr int C = closed_dimension<D>;
+  if (options.viewpoint) expect_local(points, "estimate_normals");
   const auto view = points_in(points);
   const covariance_function<S, C> by = [&](points_view<S, C>, std::span<const std::int32_t> some) {
     return with_dimension<S, C>(std::optional<moments<S, D>>{estimate(view, some)});
@@ -122,6 +125,7 @@ void orient_to_viewpoint(Eigen::MatrixBase<N>& normals, const P& points,
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const points_view<S, C> view = points_in(points);
+  expect_local(points, "orient_to_viewpoint");
   expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
           "orient_to_viewpoint: there must be one normal per point");
   const auto eye = viewpoint.as<S, C>(
@@ -131,7 +135,7 @@ void orient_to_viewpoint(Eigen::MatrixBase<N>& normals, const P& points,
 
 /// Turns each normal, in place, to the side on which the reference normal of its point is.
 /// Throws `invalid_input` for mismatched sizes.
-export template <PointsSource R, class N>
+export template <PointwiseVectors R, class N>
   requires std::same_as<points_view_of<N>, points_view_of<R>>
 void orient_to_reference(Eigen::MatrixBase<N>& normals, const R& reference) {
   using S = scalar_of<R>;

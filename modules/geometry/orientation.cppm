@@ -42,10 +42,12 @@ index_t orient_consistently(Eigen::MatrixBase<N>& normals, const P& points, cons
   expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
           "orient_consistently: there must be one normal per point");
   point_vector<S, C> eye;
-  if (options.viewpoint)
+  if (options.viewpoint) {
+    expect_local(points, "orient_consistently");
     eye = options.viewpoint->as<S, C>(
         view.dimension(),
         "orient_consistently: the viewpoint must have the dimension of the points");
+  }
   return closed_orient_consistently<S, C, near_type>(view, near, options.viewpoint ? &eye : nullptr,
                                                      normals.derived().data(),
                                                      points_in(normals.derived()).stride());

@@ -117,7 +117,9 @@ class voxel_grid {
                                                             {options.threads, options.monitor})} {}
   template <BorrowedPoints P>
   voxel_grid(P&& points, const voxel_size& size, const voxel_options& options = {})
-      : voxel_grid{as_points(std::forward<P>(points)), size, options} {}
+      : voxel_grid{as_points(points), size, options} {
+    expect_local(points, "voxel_grid");
+  }
 
   /// The number of occupied cells.
   [[nodiscard]] index_t size() const { return groups_.size(); }
@@ -200,7 +202,7 @@ export template <PointsSource P>
 /// The mean direction of each group of unit vectors, `Dim × groups`, at unit length. Directions are
 /// turned to the side of the first one of their group before they are added, since normals of one
 /// surface may be oriented either way. Zero where no direction is known, or where they cancel.
-export template <PointsSource P>
+export template <PointwiseVectors P>
 [[nodiscard]] auto group_directions(const P& directions, const point_groups& groups,
                                     const execution& how = {}) {
   return point_matrix<scalar_of<P>, dimension_of<P>>(

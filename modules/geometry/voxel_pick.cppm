@@ -43,7 +43,7 @@ export template <PointsSource P>
 
 /// The member of each group whose normal is closest to those of the others. Normals that are zero
 /// or not finite are chosen only where there is no other.
-export template <PointsSource P>
+export template <PointwiseVectors P>
 [[nodiscard]] std::vector<std::int32_t> medoids_of_normals(const P& normals,
                                                            const point_groups& groups,
                                                            const execution& how = {}) {
@@ -61,7 +61,7 @@ export template <PointsSource P>
   if (pick == voxel_pick::nearest_to_center) return nearest_to_centers(points, grid, how);
   const auto normals = normals_in(points);
   expects(!normals.empty() || points_in(points).empty(),
-          "voxel_downsample: there are no normals to compare; estimate them first");
+          "representatives: there are no normals to compare; estimate them first");
   return medoids_of_normals(normals, grid.groups(), how);
 }
 
@@ -81,16 +81,15 @@ export template <PointsSource P>
 [[nodiscard]] auto voxel_downsample(const P& points, const voxel_size& size,
                                     const voxel_downsample_options& options = {})
     -> point_matrix<scalar_of<P>, dimension_of<P>> {
-  const voxel_grid grid{points_in(points),
-                        size,
-                        {options.min_points, options.origin, options.threads, options.monitor}};
+  expect_local(points, "voxel_downsample");
+  const auto view = points_in(points);
+  const voxel_grid grid{
+      view, size, {options.min_points, options.origin, options.threads, options.monitor}};
   const execution how{.threads = options.threads};
   if (options.pick == voxel_pick::mean) return group_means(points, grid.groups(), how);
   const auto picked = representatives(points, grid, options.pick, how);
-  point_matrix<scalar_of<P>, dimension_of<P>> kept(points_in(points).dimension(),
-                                                   std::ssize(picked));
-  for (index_t k = 0; k < kept.cols(); ++k)
-    kept.col(k) = points_in(points)[picked[static_cast<std::size_t>(k)]];
+  point_matrix<scalar_of<P>, dimension_of<P>> kept(view.dimension(), std::ssize(picked));
+  for (index_t k = 0; k < kept.cols(); ++k) kept.col(k) = view[picked[static_cast<std::size_t>(k)]];
   return kept;
 }
 

@@ -174,8 +174,7 @@ template <Parameterization Model, Scalar S, int D>
 template <int C, PointsSource P>
 [[nodiscard]] auto align_input_of(const P& points) {
   using S = scalar_of<P>;
-  const points_view<S, C> places{points_in(points)}, normals{normals_in(points)};
-  align_input<S, C> input{oriented_points_view<S, C>{places, normals}};
+  align_input<S, C> input{oriented<S, C>(points)};
   if (const auto origin = origin_in(points); !origin.isZero(0))
     input.anchor = coordinates{(-origin).eval()};
   return input;

@@ -13,6 +13,13 @@ import :normal_equations;
 
 namespace cilantro {
 
+/// Points of any kind with their normals, in the dimension that the library is compiled for.
+template <Scalar S, int C, PointsSource P>
+[[nodiscard]] oriented_points_view<S, C> oriented(const P& points) {
+  return oriented_points_view<S, C>{points_view<S, C>{points_in(points)},
+                                    points_view<S, C>{normals_in(points)}};
+}
+
 /// The two surfaces of a registration, and what is counted of them once.
 template <Scalar S, int D>
 struct registered_surfaces {

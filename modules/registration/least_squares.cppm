@@ -136,6 +136,7 @@ template <Scalar S, class Metric>
     with_terms(metric,
                [&]<class Term>(const Term&, double weight, const auto& by, const auto& robust) {
                  constexpr bool is_plane = std::same_as<Term, point_to_plane>;
+                 static_assert(is_plane || std::same_as<Term, point_to_point>);
                  double* const out = is_plane ? plane_weights : point_weights;
                  for (std::size_t k = 0; k < along_normals.size(); ++k) {
                    const auto& [s, t, distance] = pairs[static_cast<std::size_t>(first) + k];
@@ -214,13 +215,13 @@ class least_squares_estimator {
   template <BorrowedPoints T, BorrowedPoints P>
   least_squares_estimator(P&& source, T&& target, Metric metric = {}, Model model = {},
                           Solver solver = {}, execution how = {})
-      : surfaces_{closed(oriented_points_view{std::forward<T>(target)}),
-                  closed(oriented_points_view{std::forward<P>(source)})},
+      : surfaces_{oriented<S, C>(target), oriented<S, C>(source)},
         metric_{std::move(metric)},
         model_{std::move(model)},
         solver_{std::move(solver)},
         how_{std::move(how)} {
     const auto& [t, s, dimension, finite_sources, non_finite, center] = surfaces_;
+    expect_same_origin(source, target, "least_squares_estimator");
     expects(!needs_target_normals<Metric> || t.has_normals() || t.points.empty(),
             "least_squares_estimator: the metric needs normals of the target; estimate them first");
     expects(!needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
@@ -261,6 +262,8 @@ class least_squares_estimator {
   /// sign where it has one row, otherwise its length. Of a combined metric, that of all its terms.
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
+    expects(index_t(transform.translation().size()) == surfaces_.dimension,
+            "least_squares_estimator: transform and points must have the same dimension");
     expect_pairs_of(surfaces_, pairs);
     const affine_parts<double, C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
@@ -285,10 +288,6 @@ class least_squares_estimator {
  private:
   static constexpr int C = closed_dimension<D>;
   using sums_type = equation_sums<C, unknowns_of<Model, C>>;
-
-  static oriented_points_view<S, C> closed(const oriented_points_view<S, D>& surface) {
-    return oriented_points_view<S, C>{surface.points, surface.normals};
-  }
 
   template <class Part>
   [[nodiscard]] sums_type sum(const transform_type& current,

@@ -68,9 +68,10 @@ class nearest_neighbor_searcher {
   template <BorrowedPoints T, BorrowedPoints P>
   nearest_neighbor_searcher(P&& source, T&& target, const correspondence_options& options = {},
                             const task_monitor& monitor = {})
-      : engine_{std::make_shared<const engine>(as_points(std::forward<P>(source)),
-                                               as_points(std::forward<T>(target)), options,
-                                               monitor)} {}
+      : engine_{std::make_shared<const engine>(as_points(source), as_points(target), options,
+                                               monitor)} {
+    expect_same_origin(source, target, "nearest_neighbor_searcher");
+  }
 
   /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a
   /// transform of another dimension. O(N log M).

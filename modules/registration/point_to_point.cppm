@@ -87,12 +87,13 @@ class point_to_point_estimator {
   template <BorrowedPoints T, BorrowedPoints P>
   point_to_point_estimator(P&& source, T&& target, Model model = {}, Weight weight = {},
                            truncated_solver solver = {}, execution how = {})
-      : surfaces_{oriented_points_view<S, C>{as_points(std::forward<T>(target))},
-                  oriented_points_view<S, C>{as_points(std::forward<P>(source))}},
+      : surfaces_{oriented_points_view<S, C>{points_view<S, C>{as_points(target)}},
+                  oriented_points_view<S, C>{points_view<S, C>{as_points(source)}}},
         model_{model},
         weight_{std::move(weight)},
         solver_{solver},
         how_{std::move(how)} {
+    expect_same_origin(source, target, "point_to_point_estimator");
     expect_sizes(weight_, surfaces_.source.points.size(), surfaces_.target.points.size(),
                  "point_to_point_estimator");
   }
@@ -127,6 +128,8 @@ class point_to_point_estimator {
   /// The distances of the pairs under a transform.
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
+    expects(index_t(transform.translation().size()) == surfaces_.dimension,
+            "point_to_point_estimator: transform and points must have the same dimension");
     expect_pairs_of(surfaces_, pairs);
     const affine_parts<double, C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));

@@ -192,7 +192,8 @@ template <class T, class P, class K, int D>
 inline constexpr bool is_metric<weighted_term<T, P, K>, D> =
     ResidualTerm<T, D> && PairEvaluator<P, double> && PairEvaluator<K, double>;
 template <class... T, int D>
-inline constexpr bool is_metric<combined_metric<T...>, D> = (is_metric<T, D> && ...);
+inline constexpr bool is_metric<combined_metric<T...>, D> =
+    ((!is_combined<T> && is_metric<T, D>) && ...);
 
 /// What a registration minimises: a `ResidualTerm`, one that is `weighted_term`, or several
 /// `combined_metric`.

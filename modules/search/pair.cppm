@@ -111,10 +111,12 @@ class similar_normals {
  public:
   /// Normals i and j of one set. Throws `invalid_input` unless the angle is from 0 to π.
   template <BorrowedPoints P>
+    requires PointwiseVectors<P>
   similar_normals(P&& normals, double max_angle, similar_normals_options options = {})
       : similar_normals{normals, std::forward<P>(normals), max_angle, options} {}
   /// Normal i of the first set and j of the second.
   template <BorrowedPoints P, BorrowedPoints Q>
+    requires PointwiseVectors<P> && PointwiseVectors<Q>
   similar_normals(P&& first, Q&& second, double max_angle, similar_normals_options options = {})
       : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
         options_{options} {
@@ -155,9 +157,11 @@ export class similar_colors {
  public:
   /// Colours i and j of one set. Throws `invalid_input` for a negative distance or NaN.
   template <BorrowedPoints P>
+    requires PointwiseVectors<P>
   similar_colors(P&& colors, double max_distance) : compare_{colors, max_distance} {}
   /// Colour i of the first set and j of the second.
   template <BorrowedPoints P, BorrowedPoints Q>
+    requires PointwiseVectors<P> && PointwiseVectors<Q>
   similar_colors(P&& first, Q&& second, double max_distance)
       : compare_{first, second, max_distance} {}
 

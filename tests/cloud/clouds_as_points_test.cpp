@@ -49,8 +49,22 @@ static_assert(BorrowedPoints<const cloud_type&> && !BorrowedPoints<cloud_type>);
 static_assert(OrientedPoints<driver_scan> && !OrientedPoints<Eigen::Matrix3Xf>);
 static_assert(BorrowedPoints<oriented_points_view<float, 3>>);
 
-template <class T>
-using is_cloud = std::bool_constant<PointCloud<T>>;
+// Where normals or colours are meant, a cloud would be taken for its points.
+template <class C>
+concept TakesClouds =
+    requires(const C& cloud, Eigen::Matrix3Xf& normals, const point_groups& groups) {
+      similar_normals{cloud, 0.1};
+    } || requires(const C& cloud) { similar_colors{cloud, 0.1}; } ||
+    requires(const C& cloud, Eigen::Matrix3Xf& normals) { orient_to_reference(normals, cloud); } ||
+    requires(const C& cloud, const point_groups& groups) { medoids_of_normals(cloud, groups); } ||
+    requires(const C& cloud, const point_groups& groups) { group_directions(cloud, groups); } ||
+    requires(const C& cloud) { transform_normals(Eigen::Isometry3f{}, cloud); } ||
+    requires(const C& cloud) { oriented_points_view{cloud, cloud}; } ||
+    requires(const C& cloud) { cylinder_family{cloud, cloud}; };
+static_assert(!TakesClouds<cloud_type>);
+static_assert(TakesClouds<Eigen::Matrix3Xf>);
+static_assert(!RegistrationMetric<
+              combined_metric<combined_metric<point_to_plane, point_to_point>, point_to_point>, 3>);
 
 }  // namespace
 
@@ -89,7 +103,49 @@ TEST_CASE("what has a meaning of its own for clouds keeps it, with and without o
   }
   CHECK_THROWS_WITH_AS(
       (void)voxel_downsample(cloud.points, 0.4, {.pick = voxel_pick::medoid_of_normals}),
-      "voxel_downsample: there are no normals to compare; estimate them first", invalid_input);
+      "representatives: there are no normals to compare; estimate them first", invalid_input);
+}
+
+TEST_CASE("neighbourhoods that are known give a cloud normals, seen from the world") {
+  point_cloud<double, 3> cloud = test::bumpy_surface<test::d3>(300);
+  cloud.origin = Eigen::Vector3d{500'000, 4'600'000, 0};
+  const coordinates eye{500'000, 4'600'000, 100};
+  const auto near = find_neighborhoods(kd_tree{cloud}, cloud, knn{10});
+  const point_cloud<double, 3> found = estimate_normals(cloud, near, {.viewpoint = eye});
+  CHECK(found.normals == estimate_normals(cloud, knn{10}, {.viewpoint = eye}).normals);
+  const auto is_seen = [](const point_cloud<double, 3>& c) {
+    const Eigen::Matrix3Xd to_eye = (-c.points).colwise() + Eigen::Vector3d{0, 0, 100};
+    return (c.normals.array() * to_eye.array()).colwise().sum().minCoeff() >= 0;
+  };
+  CHECK(is_seen(found));
+  const auto by = [](const auto& points, const auto& indices) {
+    return mean_and_covariance(points, indices);
+  };
+  CHECK(is_seen(estimate_normals(cloud, near, by, {.viewpoint = eye})));
+}
+
+TEST_CASE("coordinates with and without an origin are not mixed") {
+  point_cloud<double, 3> far = test::bumpy_surface<test::d3>(300);
+  const point_cloud<double, 3> near = far;
+  far.origin = Eigen::Vector3d{1000, 0, 0};
+  const pinhole_camera<double> camera{4, 3, 5, 5, 2, 1};
+  Eigen::Matrix3Xd normals = near.normals;
+  const auto move = Eigen::Isometry3d::Identity();
+  CHECK_THROWS_AS((void)transform_points(move, far), invalid_input);
+  CHECK_THROWS_AS((void)project(far, camera), invalid_input);
+  CHECK_THROWS_AS((void)project_depth(far, camera), invalid_input);
+  CHECK_THROWS_AS((void)(voxel_grid{far, 1.0}), invalid_input);
+  CHECK_THROWS_AS(orient_to_viewpoint(normals, far, {0, 0, 9}), invalid_input);
+  CHECK_THROWS_AS(orient_consistently(normals, far, knn{5}, {.viewpoint = coordinates{0, 0, 9}}),
+                  invalid_input);
+  CHECK_THROWS_AS((void)(oriented_points_view{far}), invalid_input);
+  CHECK_THROWS_AS((void)(nearest_neighbor_searcher{far, near}), invalid_input);
+  CHECK_THROWS_AS((void)(point_to_point_estimator{near, far}), invalid_input);
+  CHECK_THROWS_AS((void)(least_squares_estimator{near, far}), invalid_input);
+  CHECK_THROWS_AS((void)rigid_family(near, far), invalid_input);
+  // Of one origin, they fit each other.
+  CHECK(icp(nearest_neighbor_searcher{far, far}, least_squares_estimator{far, far}, move).rmse ==
+        0);
 }
 
 TEST_CASE("a family that needs normals takes them of the cloud") {

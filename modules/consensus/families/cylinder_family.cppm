@@ -38,7 +38,7 @@ class cylinder_family {
 
   /// Throws `invalid_input` unless there is one normal a point, and for limits that make no sense.
   template <BorrowedPoints P, BorrowedPoints N>
-    requires(dimension_of<P> == 3 && dimension_of<N> == 3)
+    requires(dimension_of<P> == 3 && dimension_of<N> == 3 && PointwiseVectors<N>)
   cylinder_family(P&& points, N&& normals, cylinder_limits limits = {})
       : points_{as_points(std::forward<P>(points))},
         normals_{as_points(std::forward<N>(normals))},

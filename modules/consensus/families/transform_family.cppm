@@ -95,6 +95,7 @@ class transform_family {
 
 template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q>
 [[nodiscard]] auto transforms_between(P&& source, Q&& target) {
+  expect_same_origin(source, target, "transform_family");
   using view = points_view_of<P>;
   return transform_family<typename view::scalar, view::static_dimension, Kind>{
       as_points(std::forward<P>(source)), as_points(std::forward<Q>(target))};
@@ -108,6 +109,7 @@ concept PairRange = std::ranges::input_range<R> && requires(std::ranges::range_v
 };
 template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q, PairRange R>
 [[nodiscard]] auto transforms_between(P&& source, Q&& target, const R& pairs) {
+  expect_same_origin(source, target, "transform_family");
   using view = points_view_of<P>;
   std::vector<index_t> targets, sources;
   for (const auto& pair : pairs) {

@@ -9,9 +9,15 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/vector_kernels.hpp"
+
 #define CILANTRO_ALWAYS_INLINE inline __attribute__((always_inline))
 
 namespace cilantro::detail::CILANTRO_VECTOR_TARGET {
+
+/// The target that this unit is compiled for.
+constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
+
 namespace {
 
 template <class T, int N>

@@ -177,7 +177,6 @@ std::ptrdiff_t find_doubtful(const S* points, std::ptrdiff_t stride, const std::
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S, int D>
 nearest_centers<S>* nearest_centers_in() {

@@ -67,7 +67,6 @@ void choose(const S* rows, std::ptrdiff_t row_stride, const std::uint8_t* active
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S, int D>
 plane_scores<S>* plane_scores_in() {

@@ -46,7 +46,6 @@ std::ptrdiff_t find_means(const grouped_points<S>& groups, std::ptrdiff_t first,
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S, int D>
 group_means<S>* group_means_in() {

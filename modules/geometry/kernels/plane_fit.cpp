@@ -186,7 +186,6 @@ void fit(const plane_members<S>& members, fitted_planes& out) {
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S>
 plane_fit<S>* plane_fit_in() {

@@ -118,7 +118,6 @@ bool find_range(const S* points, int axes, std::ptrdiff_t count, S* low, S* high
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S>
 voxel_keys<S>* voxel_keys_in() {

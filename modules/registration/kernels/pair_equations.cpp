@@ -208,7 +208,6 @@ void sum_up(const matched_points<S>& all, const pair_weights& weights, pair_sums
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S>
 pair_equations<S> pair_equations_in() {

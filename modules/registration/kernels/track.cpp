@@ -180,7 +180,6 @@ void track(const track_search<S>& search, const track_block<S>& block) {
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S, int D>
 track_kernel<S>* track_in() {

@@ -206,7 +206,6 @@ std::ptrdiff_t within(const block_tree<S>& tree, const block_tree<S>& queries, s
 namespace cilantro::detail {
 
 using namespace CILANTRO_VECTOR_TARGET;
-constexpr auto this_target = kernel_target::CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V, class S, int D>
 const block_search<S>& block_search_in() {

@@ -15,6 +15,11 @@ function(cilantro_fit_importers library directory)
   # Asked here, since the folder above may not see the target.
   cilantro_find_out_about_eigen(folder version)
   set_property(TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER "${folder}")
+  cilantro_fit_language(${library} "${directory}")
+endfunction()
+
+# The same of a component, which has no Eigen of its own.
+function(cilantro_fit_language library directory)
   # Asked of the target: a folder below that finds it again sees the same one, which is fitted with the folder above.
   get_property(is_fitted TARGET ${library} PROPERTY CILANTRO_IS_FITTED)
   if(NOT is_fitted)
@@ -34,7 +39,10 @@ function(_cilantro_fit library directory)
     if(NOT library IN_LIST linked)
       continue()
     endif()
-    _cilantro_expect_one_eigen(${target} "${linked}" ${library})
+    get_property(has_eigen TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER SET)
+    if(has_eigen)
+      _cilantro_expect_one_eigen(${target} "${linked}" ${library})
+    endif()
     get_property(says_whether_to_scan TARGET ${target} PROPERTY CXX_SCAN_FOR_MODULES SET)
     if(NOT says_whether_to_scan)  # Projects that are older than CMake 3.28 do not by default.
       set_property(TARGET ${target} PROPERTY CXX_SCAN_FOR_MODULES ON)
@@ -50,14 +58,15 @@ function(_cilantro_fit library directory)
   list(REMOVE_DUPLICATES languages)
 
   list(LENGTH languages count)
-  if(count GREATER 1 AND NOT imported)
+  get_property(has_eigen TARGET ${library} PROPERTY CILANTRO_EIGEN_FOLDER SET)
+  if(count GREATER 1 AND NOT (imported AND has_eigen))
     list(GET languages 0 one)
     list(GET languages 1 other)
     list(GET "importers in ${one}" 0 one_importer)
     list(GET "importers in ${other}" 0 other_importer)
     message(FATAL_ERROR
       "${one_importer} is compiled with ${one}, and ${other_importer} with ${other}, but a module that is built within the "
-      "project speaks one language: let all targets that import cilantro have the same CMAKE_CXX_STANDARD, "
+      "project, or a component, speaks one language: let all targets that import cilantro have the same CMAKE_CXX_STANDARD, "
       "CMAKE_CXX_EXTENSIONS and options, set CXX_SCAN_FOR_MODULES OFF on those that only link it, or install cilantro and use find_package, which can speak several.")
   endif()
 

@@ -15,7 +15,7 @@ int main() {
     const auto frame = simulate(number, {.width = 160, .height = 120, .noise = 0.001});
     return cloud_from_depth(frame.depth, frame.camera);
   };
-  // A step of your own is a lambda, wrapped once.
+  // A step of your own is a lambda, wrapped where a line begins with it.
   const auto without_ceiling = step{[](auto cloud) {
     return select(cloud, [&](index_t i) { return cloud.points(2, i) < 2.5; });
   }};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// A step of your own in a pipeline: a lambda over clouds, wrapped once, that composes with those of
+// A step of your own in a pipeline: a lambda over clouds, which `step` makes compose with those of
 // the library. This one shades a cloud by its height.
 #include <algorithm>
 #include <iostream>

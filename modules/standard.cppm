@@ -22,6 +22,7 @@ module;
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <ranges>
@@ -49,11 +50,13 @@ using std::function;
 using std::holds_alternative;
 using std::initializer_list;
 using std::invalid_argument;
+using std::mutex;
 using std::numeric_limits;
 using std::optional;
 using std::ostream;
 using std::pair;
 using std::runtime_error;
+using std::scoped_lock;
 using std::shared_ptr;
 using std::span;
 using std::stop_token;
@@ -104,6 +107,7 @@ using std::apply;
 using std::asin;
 using std::atan2;
 using std::bit_cast;
+using std::cbrt;
 using std::cmp_greater_equal;
 using std::cmp_less;
 using std::construct_at;
@@ -119,6 +123,9 @@ using std::get_if;
 using std::in_range;
 using std::invoke;
 using std::is_arithmetic_v;
+using std::is_class_v;
+using std::is_invocable_r_v;
+using std::is_pointer_v;
 using std::is_signed_v;
 using std::isfinite;
 using std::isnan;
@@ -174,6 +181,7 @@ using std::ranges::distance;
 using std::ranges::enable_borrowed_range;
 using std::ranges::enable_view;
 using std::ranges::end;
+using std::ranges::equal;
 using std::ranges::find;
 using std::ranges::find_if;
 using std::ranges::input_range;
@@ -190,6 +198,7 @@ using std::ranges::range_value_t;
 using std::ranges::size;
 using std::ranges::sized_range;
 using std::ranges::sort;
+using std::ranges::ssize;
 using std::ranges::upper_bound;
 using std::ranges::view_interface;
 namespace views {

@@ -13,7 +13,7 @@ compiler=${CXX:-clang++-22}
 folder=build/consumers
 projects=tests/consumers
 
-cases=(default_settings release debug standards refusals mixed exports from_gcc
+cases=(default_settings release debug refusals mixed exports from_gcc component component/within
   standard_23 standard_26 extensions_on extensions_off openmp_flag warnings undefined_sanitizer thread_sanitizer
   unoptimized march_native other_alignment static with_pcl with_open3d
   objects/within fetch/within shared/within march_native/within address_sanitizer/within)
@@ -91,6 +91,27 @@ run_case() {
       cmake -S examples/from_gcc -B "$build" -G Ninja -DCLANG="$compiler" -DCMAKE_PREFIX_PATH="$prefix"
       cmake --build "$build"
       "$build/installed/bin/program" ;;
+    # One that is built for what is installed, and put beside it.
+    component)
+      local installed=$PWD/$build/installed
+      project $projects/component/empty -DCMAKE_INSTALL_PREFIX="$installed"
+      cmake --install "$build"
+      prefix="$installed;$prefix" build=$build/program project $projects/component/program
+      "$build/program/program"
+      build=$build/refused
+      configure $projects/component/program -DCONSUMER_COMPONENT=none 2>&1 |
+        tr -s '\n ' ' ' | grep -F 'there is no component "none" beside this cilantro' ;;
+    # One of the tree: not in the library, and not at all unless it is asked for.
+    component/within)
+      mkdir -p "$build/tree"
+      cp -r CMakeLists.txt cmake modules "$build/tree"
+      cp -r $projects/component/empty "$build/tree/modules"
+      local within=(cmake -S "$build/tree" -G Ninja -DCMAKE_CXX_COMPILER="$compiler" -DCILANTRO_BUILD_TESTS=OFF -DCILANTRO_BUILD_EXAMPLES=OFF)
+      "${within[@]}" -B "$build/without"
+      "${within[@]}" -B "$build/with" -DCILANTRO_BUILD_EMPTY=ON
+      if ninja -C "$build/without" -t targets all | grep empty; then echo 'the component is not left out'; return 1; fi
+      if ninja -C "$build/with" -t inputs libcilantro.a | grep empty; then echo 'the component is in the library'; return 1; fi
+      cmake --build "$build/with" --target modules/empty/CMakeFiles/cilantro_empty.dir/empty.cpp.o ;;
     with_pcl | with_open3d)
       local name=${1#with_}
       compgen -G "/usr/lib/*/cmake/$name" > /dev/null || compgen -G "/usr/lib/*/cmake/${name/open3d/Open3D}" > /dev/null ||

@@ -15,7 +15,8 @@ concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
 ///
 /// Eager: every step returns a finished value, and a temporary cloud is moved through the whole
 /// line. A value like any other: store it, copy it, use it in `std::views::transform` over frames.
-/// Your own step is a lambda wrapped once: `step{[](auto cloud) { …; return cloud; }}`.
+/// Your own step is a lambda: `cloud | [](auto cloud) { …; return cloud; }`, and `step{lambda}`
+/// where a line of steps begins with it.
 export template <class F>
 struct step {
   F function;
@@ -44,5 +45,22 @@ struct step {
 };
 export template <class F>
 step(F) -> step<F>;
+
+template <class F>
+inline constexpr bool is_step = false;
+template <class F>
+inline constexpr bool is_step<step<F>> = true;
+
+/// A function that is no `step` is one all the same behind a cloud, and behind a step.
+export template <PointCloud C, class F>
+  requires(!is_step<F>) && StepFor<F, C>
+decltype(auto) operator|(C&& cloud, const F& function) {
+  return std::invoke(function, std::forward<C>(cloud));
+}
+export template <class F, class G>
+  requires(!is_step<G>) && (std::is_class_v<G> || std::is_pointer_v<G>)
+[[nodiscard]] auto operator|(step<F> first, G second) {
+  return std::move(first) | step{std::move(second)};
+}
 
 }  // namespace cilantro

@@ -159,8 +159,8 @@ std::ostream& operator<<(std::ostream& out, const point_cloud<S, D>& cloud) {
 void expect_consistent(index_t points, index_t normals, index_t colors,
                        std::span<const attribute> attributes, const char* who);
 
-/// A cloud is its points, with its normals and its origin, wherever points are asked for. Throws
-/// `invalid_input` for one that has other numbers of normals or colours than of points.
+/// A cloud is its points, with its normals, colours and origin, wherever points are asked for.
+/// Throws `invalid_input` for one that has other numbers of normals or colours than of points.
 template <Scalar S, int D>
 struct points_traits<point_cloud<S, D>> {
   static auto view(const point_cloud<S, D>& cloud) {
@@ -168,6 +168,7 @@ struct points_traits<point_cloud<S, D>> {
     return as_points(cloud.points);
   }
   static auto normals(const point_cloud<S, D>& cloud) { return as_points(cloud.normals); }
+  static auto colors(const point_cloud<S, D>& cloud) { return as_points(cloud.colors); }
   static auto origin(const point_cloud<S, D>& cloud) { return cloud.full_origin(); }
 };
 
@@ -233,17 +234,23 @@ point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::in
 /// The cloud moved by `transform`, rigid or affine, of the world: points, and normals by the
 /// inverse transpose. A cloud with an origin has that moved in double, and its points stay small.
 /// Colours and attributes stay as they are. Throws `invalid_input` for a transform of another
-/// dimension, and for one that cannot be inverted if there are normals.
+/// dimension, and for one that cannot be inverted if there are normals. A transform of another
+/// scalar is converted, but for what it does to the origin.
 export template <Scalar S, int D, AffineMap T>
-  requires std::same_as<typename T::Scalar, S>
+  requires std::same_as<typename T::Scalar, S> || requires(const T& t) { t.template cast<S>(); }
 [[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud, const T& transform) {
   expect_consistent(cloud, "transform");
-  if (cloud.has_normals()) transform_normals(transform, cloud.normals, cloud.normals);
+  auto around_origin = [&] {
+    if constexpr (std::same_as<typename T::Scalar, S>)
+      return transform;
+    else
+      return transform.template cast<S>();
+  }();
+  if (cloud.has_normals()) transform_normals(around_origin, cloud.normals, cloud.normals);
   if (!cloud.has_origin()) {
-    transform_points(transform, cloud.points, cloud.points);
+    transform_points(around_origin, cloud.points, cloud.points);
     return cloud;
   }
-  T around_origin = transform;
   around_origin.translation().setZero();
   transform_points(around_origin, cloud.points, cloud.points);
   cloud.origin = transform.linear().template cast<double>() * cloud.origin +

@@ -16,6 +16,7 @@ export import :positive;
 export import :transform;
 export import :execution;
 export import :parallel;
+export import :point_map;
 export import :random;
 export import :disjoint_sets;
 export import :decompositions;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What points of any kind may have besides: normals, and an origin of their coordinates.
+// What points of any kind may have besides: normals, colours, and an origin of their coordinates.
 export module cilantro.core:oriented_points;
 
 import cilantro.standard;
@@ -29,6 +29,16 @@ export template <PointsSource T>
 [[nodiscard]] auto normals_in(const T& source) -> points_view_of<T> {
   if constexpr (OrientedPoints<T>)
     return points_traits<T>::normals(source);
+  else
+    return {};
+}
+
+/// The colours of points of any kind for the length of a call, red, green and blue in [0, 1]; none
+/// where their type says none.
+export template <PointsSource T>
+[[nodiscard]] auto colors_in(const T& source) -> points_view<float, 3> {
+  if constexpr (requires { points_traits<T>::colors(source); })
+    return points_traits<T>::colors(source);
   else
     return {};
 }

@@ -67,6 +67,10 @@ class run_time_transform {
   }
   /// Throws `invalid_input` if there is none.
   [[nodiscard]] run_time_transform inverse() const;
+  template <cilantro::Scalar T>
+  [[nodiscard]] run_time_transform<T, Mode> cast() const {
+    return {linear_.template cast<T>(), translation_.template cast<T>()};
+  }
 
  private:
   linear_type linear_;

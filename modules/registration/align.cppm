@@ -43,9 +43,9 @@ struct align_options {
   /// From coarse to fine, each starting from the result of the one before, in place of
   /// `max_distance`.
   std::vector<align_scale> scales = {};
-  neighborhood_spec normals = knn{10};        ///< For normals that the metric needs and nobody has.
-  std::function<double(double)> robust = {};  ///< A kernel of the residual, such as `huber{0.01}`.
-  bool reciprocal = false;                    ///< These three as in `correspondence_options`.
+  neighborhood_spec normals = knn{10};  ///< For normals that the metric needs and nobody has.
+  robust_kernel robust = {};            ///< Of the residual, such as `huber{0.01}`.
+  bool reciprocal = false;              ///< These three as in `correspondence_options`.
   sides one_to_one = sides::none;
   double fraction = 1;
   truncated_solver solver = {};  ///< From when on a direction counts as determined.
@@ -139,18 +139,16 @@ template <Parameterization Model, Scalar S, int D, class Metric>
       });
 }
 
-using kernel_function = std::function<double(double)>;
-
 template <class Term>
-[[nodiscard]] auto with_kernel(const Term& term, const kernel_function& robust) {
-  return weighted_term<Term, unit_weight, kernel_function>{term, 1, {}, robust};
+[[nodiscard]] auto with_kernel(const Term& term, const robust_kernel& robust) {
+  return weighted_term<Term, unit_weight, robust_kernel>{term, 1, {}, robust};
 }
 template <class Term>
-[[nodiscard]] auto with_kernel(const weighted_term<Term>& part, const kernel_function& robust) {
-  return weighted_term<Term, unit_weight, kernel_function>{part.term, part.weight, {}, robust};
+[[nodiscard]] auto with_kernel(const weighted_term<Term>& part, const robust_kernel& robust) {
+  return weighted_term<Term, unit_weight, robust_kernel>{part.term, part.weight, {}, robust};
 }
 template <class A, class B>
-[[nodiscard]] auto with_kernel(const combined_metric<A, B>& sum, const kernel_function& robust) {
+[[nodiscard]] auto with_kernel(const combined_metric<A, B>& sum, const robust_kernel& robust) {
   return combined_metric{with_kernel(sum.template term<0>(), robust),
                          with_kernel(sum.template term<1>(), robust)};
 }

@@ -27,10 +27,13 @@ export struct alignment_fit {
   /// Points of source and target that have a coordinate which is not finite. They are in no pair.
   index_t non_finite = 0;
 
-  /// Σ w JᵀJ, one row and column an unknown: the inverse of the covariance of the transform if the
-  /// weights are inverse variances. The unknowns are those of the motion model, around the origin
-  /// of the target's coordinates: for a rigid motion in 3D the rotation in radians about x, y and
-  /// z, then the translation.
+  /// How many unknowns the transform has.
+  index_t unknowns = 0;
+  /// Σ w JᵀJ, one row and column an unknown; of no size where there are too many for a dense
+  /// matrix, as of a field of transforms, which then has no directions and eigenvalues either. The
+  /// inverse of the covariance of the transform if the weights are inverse variances. The unknowns
+  /// are those of the motion model, around the origin of the target's coordinates: for a rigid
+  /// motion in 3D the rotation in radians about x, y and z, then the translation.
   Eigen::MatrixXd information;
   /// Independent small motions, one a column in the same unknowns, by ascending eigenvalue. Each
   /// moves the paired source points by one unit, root mean square; one that moves none of them has
@@ -41,11 +44,16 @@ export struct alignment_fit {
   /// itself.
   Eigen::VectorXd eigenvalues;
   /// How many of them, the first ones, the pairs do not determine. No step goes along these.
+  /// Without directions: how many of the unknowns.
   index_t undetermined = 0;
 
   /// The directions that are not determined: unit motions, one a column; none is good news.
   [[nodiscard]] Eigen::MatrixXd unobservable_directions() const {
-    return directions.leftCols(undetermined);
+    return directions.leftCols(std::min(undetermined, index_t(directions.cols())));
+  }
+  /// The share of the unknowns that is not determined, from 0 to 1.
+  [[nodiscard]] double undetermined_share() const {
+    return unknowns > 0 ? double(undetermined) / double(unknowns) : undetermined > 0 ? 1 : 0;
   }
 };
 
@@ -72,7 +80,7 @@ struct pairs_of_searcher<T, S> {
 export template <class Searcher, class T>
 using pairs_of = typename pairs_of_searcher<Searcher, typename T::Scalar>::type;
 
-/// Pairs the source with the target, once the source has been moved by a transform.
+/// Pairs the source with the target, once the source has been moved by a transform: any `PointMap`.
 ///
 /// Semantics: `find(transform, pairs)` clears `pairs` and writes what it finds by ascending source,
 /// then target; no pair at all is no error. It depends on nothing but its arguments, is const, and
@@ -119,8 +127,8 @@ void find_with_memory(const S& searcher, const T& transform, repeated_memory<S>&
 /// Semantics: `estimate(current, pairs)` returns the better transform, how far it is from
 /// `current`, and the fit of `current`. What the pairs do not determine stays as it is in
 /// `current`, and is counted in `fit.undetermined`; never is an answer made up. It depends on
-/// nothing but its arguments and is const. The transform may be of any type that has a `Scalar`,
-/// also a field of many transforms.
+/// nothing but its arguments and is const. The transform may be any `PointMap`, also a field of
+/// many transforms: `match` and `weighted_rows` give the shipped metrics under those.
 /// Models: `point_to_point_estimator`, `least_squares_estimator`; `check_transform_estimator` tests
 /// yours.
 export template <class E, class Pairs>

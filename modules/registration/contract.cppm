@@ -94,8 +94,10 @@ export template <class E, class Pairs>
     const auto& fit = step->fit;
     violations.expect(fit.overlap >= 0 && fit.overlap <= 1, "the overlap is not a share");
     violations.expect(fit.rmse >= 0 && fit.residual >= 0, "an error is negative or NaN");
-    violations.expect(fit.undetermined >= 0 && fit.undetermined <= fit.directions.cols(),
-                      "there are more undetermined directions than directions");
+    violations.expect(fit.undetermined >= 0 && fit.undetermined <= fit.unknowns,
+                      "more unknowns are undetermined than there are");
+    violations.expect(fit.directions.cols() == 0 || fit.directions.cols() == fit.unknowns,
+                      "there are not as many directions as unknowns");
   }
   return violations.take();
 }
@@ -195,6 +197,53 @@ export template <Parameterization P>
       const auto step = model.step(0.1 * delta, dimension);
       violations.expect(close(Eigen::MatrixXd{model.normalize(step.linear)}, step.linear, 1e-9),
                         "normalize changes what a step has made");
+    }
+  }
+  return violations.take();
+}
+
+/// Tests a map of yours on the points that it moves: as many as it says, the same each time, and
+/// normals that stay normal to what surrounds each point.
+export template <PointsSource P, PointMap<dimension_of<P>> M>
+  requires std::same_as<typename M::Scalar, scalar_of<P>>
+[[nodiscard]] std::vector<std::string> check_point_map(const M& map, const P& points,
+                                                       const contract_options& options = {}) {
+  using S = scalar_of<P>;
+  constexpr int D = dimension_of<P>;
+  using vector = point_vector<S, D>;
+  violation_list violations;
+  const auto view = points_in(points);
+  const index_t d = view.dimension();
+  if constexpr (!AffineMap<M> && requires { index_t(map.size()); })
+    if (index_t(map.size()) != view.size()) {
+      violations.expect(false, "size() is not the number of points");
+      return violations.take();
+    }
+  for (index_t q = 0; q < options.queries && !view.empty(); ++q) {
+    random_stream random{options.seed, static_cast<std::uint64_t>(q)};
+    const index_t i = random.below(view.size());
+    if (!is_finite(view[i])) continue;
+    const vector p = view[i], moved = moved_point(map, i, p);
+    violations.expect(moved == moved_point(map, i, p) || !is_finite(moved),
+                      "two calls for the same differ");
+    if constexpr (NormalMap<M, D>) {
+      const S h = std::cbrt(std::numeric_limits<S>::epsilon()) * std::max(S(1), p.norm());
+      Eigen::MatrixXd jacobian(d, d);
+      for (index_t k = 0; k < d; ++k) {
+        const vector step = h * vector::Unit(d, k);
+        jacobian.col(k) =
+            ((moved_point(map, i, vector{p + step}) - moved_point(map, i, vector{p - step})) /
+             (2 * h))
+                .template cast<double>();
+      }
+      vector normal(d);
+      for (auto& x : normal) x = S(random.uniform(-1, 1));
+      const Eigen::VectorXd turned =
+          normals_moved_by<D>(map)(i, normal.normalized()).template cast<double>();
+      // What lies across the normal must lie across the turned one.
+      const Eigen::VectorXd back = (jacobian.transpose() * turned).normalized();
+      violations.expect((back - normal.normalized().template cast<double>()).norm() < 0.01,
+                        "a moved normal is not normal to what its point's surroundings move to");
     }
   }
   return violations.take();

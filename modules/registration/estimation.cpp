@@ -35,6 +35,7 @@ alignment_fit fit_of(const pair_totals& totals, const prepared_equations& prepar
   fit.directions = velocities.recentering(-center) * solution.directions;
   // Shares, but for rounding and rows that are not orthogonal.
   fit.eigenvalues = solution.eigenvalues.cwiseMin(1);
+  fit.unknowns = solution.step.size();
   fit.undetermined = solution.undetermined;
   return fit;
 }

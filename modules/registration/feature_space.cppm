@@ -3,7 +3,6 @@ export module cilantro.registration:feature_space;
 
 import cilantro.standard;
 import cilantro.core;
-import cilantro.cloud;
 
 namespace cilantro {
 
@@ -36,15 +35,17 @@ class point_features {
       : target_{as_points(std::forward<T>(target))}, source_{as_points(std::forward<P>(source))} {
     expects(target_.dimension() == source_.dimension(),
             "point_features: target and source must have the same dimension");
+    expect_same_origin(source, target, "point_features");
   }
 
   [[nodiscard]] points_view<S, D> target() const { return target_; }
   [[nodiscard]] index_t source_size() const { return source_.size(); }
-  template <AffineMap T>
-  [[nodiscard]] auto moved_by(const T& transform) const {
-    return [this, &transform](index_t i, S* out) {
-      Eigen::Map<point_vector<S, D>>{out, source_.dimension()} =
-          transform.linear() * source_[i] + transform.translation();
+  /// Throws `invalid_input` for a map of another dimension or number of points.
+  template <PointMap<D> M>
+  [[nodiscard]] auto moved_by(const M& map) const {
+    expect_moves(map, source_, "point_features");
+    return [this, &map](index_t i, S* out) {
+      Eigen::Map<point_vector<S, D>>{out, source_.dimension()} = moved_point(map, i, source_[i]);
     };
   }
 
@@ -60,53 +61,42 @@ export struct feature_weights {
   double colors = 0;   ///< Units of length for each unit of difference in the cube of colours.
 };
 
-/// Places together with normals, colours, or both: vectors (p, w·n, w·c). Moving a cloud turns its
-/// normals and leaves its colours. Views the source, copies the features of the target.
+/// Places together with normals, colours, or both: vectors (p, w·n, w·c). Moving points turns their
+/// normals and leaves their colours. Views the source, copies the features of the target.
 export template <Scalar S, int D>
 class joint_features {
  public:
-  /// Throws `invalid_input` if a cloud lacks what has a weight, for clouds of different dimension,
-  /// and for weights that are negative or not finite.
-  joint_features(const point_cloud<S, D>& source, const point_cloud<S, D>& target,
-                 const feature_weights& weights)
-      : source_{source}, weights_{weights} {
-    expects(weights.normals >= 0 && std::isfinite(weights.normals) && weights.colors >= 0 &&
-                std::isfinite(weights.colors),
-            "joint_features: weights must be finite and not negative");
-    expects(target.dimension() == source.dimension(),
-            "joint_features: target and source must have the same dimension");
-    for (const auto* cloud : {&target, &source}) {
-      expects(weights.normals == 0 || cloud->normals.cols() == cloud->size(),
-              "joint_features: a cloud has not one normal a point; estimate them first");
-      expects(weights.colors == 0 || cloud->colors.cols() == cloud->size(),
-              "joint_features: a cloud has not one color a point");
-    }
-    const index_t d = target.dimension();
-    features_.resize(d + normal_rows(d) + color_rows(), target.size());
-    for (index_t i = 0; i < target.size(); ++i) {
-      features_.col(i).head(d) = target.points.col(i);
-      if (normal_rows(d) > 0)
-        features_.col(i).segment(d, d) = static_cast<S>(weights.normals) * target.normals.col(i);
-      if (color_rows() > 0) features_.col(i).tail(3) = color(target, i);
-    }
+  /// Clouds, or any points with the normals and colours that their type says they have. Throws
+  /// `invalid_input` if one of them lacks what has a weight, for points of different dimension, and
+  /// for weights that are negative or not finite.
+  template <BorrowedPoints T, BorrowedPoints P>
+  joint_features(P&& source, T&& target, const feature_weights& weights)
+      : source_{as_points(source), normals_in(source), colors_in(source)}, weights_{weights} {
+    expect_same_origin(source, target, "joint_features");
+    take(described_points{as_points(target), normals_in(target), colors_in(target)});
   }
-  /// A temporary source would be gone before the first search.
-  joint_features(point_cloud<S, D>&&, const point_cloud<S, D>&, const feature_weights&) = delete;
 
   [[nodiscard]] points_view<S, dynamic> target() const { return as_points(features_); }
-  [[nodiscard]] index_t source_size() const { return source_.size(); }
-  template <AffineMap T>
-  [[nodiscard]] auto moved_by(const T& transform) const {
-    // Normals of a surface move by the inverse transpose; of a rigid one, by the rotation itself.
-    Eigen::Matrix<S, D, D> turn = transform.linear();
-    if constexpr (!RigidMap<T>)
-      if (weights_.normals > 0) turn = transform.inverse().linear().transpose();
-    return [this, &transform, turn](index_t i, S* out) {
-      const index_t d = source_.dimension();
+  [[nodiscard]] index_t source_size() const { return source_.points.size(); }
+  /// Throws `invalid_input` for a map of another dimension or number of points, and for one that
+  /// does not say what becomes of normals, where they have a weight.
+  template <PointMap<D> M>
+  [[nodiscard]] auto moved_by(const M& map) const {
+    expect_moves(map, source_.points, "joint_features");
+    using vector = point_vector<S, D>;
+    std::function<vector(index_t, const vector&)> turned;
+    if (weights_.normals > 0) {
+      if constexpr (NormalMap<M, D>)
+        turned = normals_moved_by<D>(map);
+      else
+        throw invalid_input{"joint_features: the map has no member normal(i, n)"};
+    }
+    return [this, &map, turned = std::move(turned)](index_t i, S* out) {
+      const index_t d = source_.points.dimension();
       Eigen::Map<Eigen::Matrix<S, dynamic, 1>> feature{out, features_.rows()};
-      feature.head(d) = transform.linear() * source_.points.col(i) + transform.translation();
+      feature.head(d) = moved_point(map, i, source_.points[i]);
       if (normal_rows(d) > 0) {
-        point_vector<S, D> normal = turn * source_.normals.col(i);
+        vector normal = turned(i, source_.normals[i]);
         if (const S length = normal.norm(); length > 0) normal /= length;
         feature.segment(d, d) = static_cast<S>(weights_.normals) * normal;
       }
@@ -115,15 +105,42 @@ class joint_features {
   }
 
  private:
+  struct described_points {
+    points_view<S, D> points, normals;
+    points_view<float, 3> colors;
+  };
+
+  void take(const described_points& target) {
+    expect_from(0, weights_.normals, "joint_features: the weight of normals");
+    expect_from(0, weights_.colors, "joint_features: the weight of colors");
+    const index_t d = target.points.dimension();
+    expects(d == source_.points.dimension(),
+            "joint_features: target and source must have the same dimension");
+    for (const auto* set : std::initializer_list<const described_points*>{&target, &source_}) {
+      expects(weights_.normals == 0 || set->normals.size() == set->points.size(),
+              "joint_features: there is not one normal a point; estimate them first");
+      expects(weights_.colors == 0 || set->colors.size() == set->points.size(),
+              "joint_features: there is not one color a point");
+    }
+    features_.resize(d + normal_rows(d) + color_rows(), target.points.size());
+    for (index_t i = 0; i < target.points.size(); ++i) {
+      features_.col(i).head(d) = target.points[i];
+      if (normal_rows(d) > 0)
+        features_.col(i).segment(d, d) = static_cast<S>(weights_.normals) * target.normals[i];
+      if (color_rows() > 0) features_.col(i).tail(3) = color(target, i);
+    }
+  }
   [[nodiscard]] index_t normal_rows(index_t d) const { return weights_.normals > 0 ? d : 0; }
   [[nodiscard]] index_t color_rows() const { return weights_.colors > 0 ? 3 : 0; }
-  [[nodiscard]] Eigen::Matrix<S, 3, 1> color(const point_cloud<S, D>& cloud, index_t i) const {
-    return static_cast<S>(weights_.colors) * cloud.colors.col(i).template cast<S>();
+  [[nodiscard]] Eigen::Matrix<S, 3, 1> color(const described_points& set, index_t i) const {
+    return static_cast<S>(weights_.colors) * set.colors[i].template cast<S>();
   }
 
-  const point_cloud<S, D>& source_;
+  described_points source_;
   feature_weights weights_;
   Eigen::Matrix<S, dynamic, dynamic> features_;
 };
+export template <PointsSource T, PointsSource P>
+joint_features(P&&, T&&, const feature_weights&) -> joint_features<scalar_of<T>, dimension_of<T>>;
 
 }  // namespace cilantro

@@ -30,7 +30,8 @@ void print_figures(std::ostream& out, icp_status status, int iterations, const a
   out << status << " after " << iterations << (iterations == 1 ? " iteration: " : " iterations: ")
       << fit.pairs << " pairs, overlap " << fit.overlap << ", rmse " << fit.rmse << ", residual "
       << fit.residual;
-  if (fit.undetermined > 0) out << ", " << fit.undetermined << " directions undetermined";
+  if (fit.undetermined > 0)
+    out << ", " << fit.undetermined << " of " << fit.unknowns << " directions undetermined";
   if (fit.non_finite > 0) out << ", " << fit.non_finite << " points not finite";
 }
 

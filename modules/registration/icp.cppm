@@ -39,6 +39,9 @@ struct icp_options {
   /// Also stop once the residual changes by less than this share from one iteration to the next.
   double residual_tolerance = 0;
   index_t min_pairs = 1;  ///< With fewer there is no answer.
+  /// Up to this share of unknowns that no pair determines a result counts as converged. A field of
+  /// transforms always has some, where the target does not show a part of the source.
+  double max_undetermined = AffineMap<T> ? 0 : 1;
   std::function<void(const icp_iteration<T>&)> observer = {};
   task_monitor monitor = {};
 };
@@ -83,6 +86,7 @@ export template <class Searcher, class E>
   expect_from(0, most_rotation, "icp: the tolerance of rotations");
   expect_from(0, most_translation, "icp: the tolerance of translations");
   expect_from(0, options.residual_tolerance, "icp: residual_tolerance");
+  expect_between(0, options.max_undetermined, 1, "icp: max_undetermined");
   if constexpr (AffineMap<typename E::transform_type>)
     expects(is_finite(initial.linear().reshaped()) && is_finite(initial.translation()),
             "icp: the initial transform must be finite");
@@ -113,7 +117,9 @@ export template <class Searcher, class E>
         settled =
             settled || std::abs(before - result.residual) <= options.residual_tolerance * before;
       if (settled)
-        return end_with(result.undetermined == 0 ? icp_status::converged : icp_status::degenerate);
+        return end_with(result.undetermined_share() <= options.max_undetermined
+                            ? icp_status::converged
+                            : icp_status::degenerate);
       if (result.iterations == options.max_iterations) return end_with(icp_status::iteration_limit);
 
       result.transform = std::move(step.transform);

@@ -48,56 +48,33 @@ struct equation_sums : place_sums<D> {
 template <Parameterization Model, int D>
 inline constexpr int unknowns_of = D == dynamic ? dynamic : int(Model::unknowns(D));
 
-/// One term of one pair.
-template <int D, Parameterization Model, class Term, class Pairs, class Kernel>
-void add_term(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model, const Term& term,
-              double weight, const Pairs& pair_weight, const Kernel& robust,
-              const matched_pair<D>& pair, double distance, const point_vector<double, D>& center) {
-  using vector = point_vector<double, D>;
-  weight *=
-      double(evaluate_pair<double>(pair_weight, pair.source_index, pair.target_index, distance));
-  if constexpr (!std::same_as<Kernel, unit_weight>) {
-    double square = 0;
-    term(pair, [&](double value, const vector&, const auto&...) { square += value * value; });
-    weight *= double(
-        evaluate_pair<double>(robust, pair.source_index, pair.target_index, std::sqrt(square)));
-  }
-  if (!(weight > 0)) return;
-  double largest_gradient = -1;
-  const auto add = [&](double value, const vector& gradient, const vector& at) {
-    if (!std::isfinite(value)) return;
-    model.pull_back(vector{at - center}, gradient, sums.row.data());
-    sums.add_row(weight, value);
-    largest_gradient = std::max(largest_gradient, gradient.squaredNorm());
-  };
-  term(pair, [&](double value, const vector& gradient, const auto&... at) {
-    if constexpr (sizeof...(at) == 0)
-      add(value, gradient, pair.point);
-    else
-      add(value, gradient, at...);
+/// A metric, all terms of one pair.
+template <int D, Parameterization Model, class Metric>
+void add_pair(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
+              const Metric& metric, const matched_pair<D>& pair, double distance,
+              const point_vector<double, D>& center) {
+  with_terms(metric, [&](const auto& term, double factor, const auto& by, const auto& robust) {
+    double seen_weight = 0, largest_gradient = -1;
+    rows_of_term(term, factor, by, robust, pair, distance,
+                 [&](double weight, double value, const point_vector<double, D>& gradient,
+                     const point_vector<double, D>& at) {
+                   model.pull_back(point_vector<double, D>{at - center}, gradient, sums.row.data());
+                   sums.add_row(weight, value);
+                   seen_weight = weight;
+                   largest_gradient = std::max(largest_gradient, gradient.squaredNorm());
+                 });
+    if (largest_gradient >= 0) sums.add_place(seen_weight, largest_gradient, pair.point - center);
   });
-  if (largest_gradient >= 0) sums.add_place(weight, largest_gradient, pair.point - center);
 }
 
-/// The pair as the terms of a metric see it.
-template <bool SourceNormals, bool TargetNormals, Scalar S, int D>
+/// The pair as the terms of a metric see it under an affine map in double.
+template <class Metric, Scalar S, int D>
 [[nodiscard]] matched_pair<D> pair_in(const registered_surfaces<S, D>& surfaces,
                                       const affine_parts<double, D>& current, index_t s,
                                       index_t t) {
-  using vector = point_vector<double, D>;
-  matched_pair<D> pair{current(surfaces.source.points[s]),
-                       surfaces.target.points[t].template cast<double>(),
-                       vector::Zero(surfaces.dimension),
-                       vector::Zero(surfaces.dimension),
-                       s,
-                       t};
-  if constexpr (TargetNormals)
-    pair.target_normal = surfaces.target.normals[t].template cast<double>();
-  if constexpr (SourceNormals) {
-    pair.normal = current.linear * surfaces.source.normals[s].template cast<double>();
-    if (const double length = pair.normal.norm(); length > 0) pair.normal /= length;
-  }
-  return pair;
+  return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
+      current(surfaces.source.points[s]), surfaces.target, s, t,
+      [&] { return current.linear * surfaces.source.normals[s].template cast<double>(); });
 }
 
 /// Which of the two terms that have a vector kernel a metric is made of, and whether of these only.
@@ -171,15 +148,12 @@ template <Scalar S, int D, class Metric, Parameterization Model>
   const equation_sums<D, unknowns_of<Model, D>> zero{dimension, Model::unknowns(dimension)};
   return ordered_sum(std::ssize(pairs), how, zero, [&](auto& sums, index_t i) {
     const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
-    const auto pair = pair_in<needs_source_normals<Metric>, needs_target_normals<Metric>>(
-        surfaces, current, s, t);
+    const auto pair = pair_in<Metric>(surfaces, current, s, t);
     const double square = (pair.point - pair.target).squaredNorm();
     if (!std::isfinite(square)) return;
     ++sums.pairs;
     sums.squared_distance += square;
-    with_terms(metric, [&](const auto& term, double weight, const auto& by, const auto& robust) {
-      add_term<D>(sums, model, term, weight, by, robust, pair, double(distance), center);
-    });
+    add_pair(sums, model, metric, pair, double(distance), center);
   });
 }
 
@@ -269,8 +243,7 @@ class least_squares_estimator {
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
       const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
-      const auto pair = pair_in<needs_source_normals<Metric>, needs_target_normals<Metric>>(
-          surfaces_, current, s, t);
+      const auto pair = pair_in<Metric>(surfaces_, current, s, t);
       double square = 0, last = 0;
       int rows = 0;
       with_terms(metric_, [&](const auto& term, const auto&...) {

@@ -104,11 +104,13 @@ detail::track_kernel<S>& track_kernel() {
                              []<detail::kernel_target V> { return detail::track_in<V, S, D>(); });
 }
 
-/// The same, a block of the queries' own tree at a time.
+/// The same, a block of the queries' own tree at a time. `at` is where the queries are, as that
+/// tree has them.
 template <Scalar S, int D>
 void track_in_blocks(const kd_tree<S, D>& tree, points_view<S, D> points,
-                     const kd_tree<S, D>& queries, const query_map<S, D>& map, S max_distance,
-                     tracked_queries<S>& known, std::span<const char> is_wanted, int threads) {
+                     const kd_tree<S, D>& queries, const S* at, const query_map<S, D>& map,
+                     S max_distance, tracked_queries<S>& known, std::span<const char> is_wanted,
+                     int threads) {
   constexpr index_t width = 16;
   const auto& nodes = queries.nodes();
   const index_t blocks = nodes.blocks();
@@ -144,7 +146,7 @@ void track_in_blocks(const kd_tree<S, D>& tree, points_view<S, D> points,
                 (is_wanted.empty() || is_wanted[static_cast<std::size_t>(names[i])]))
               wanted |= 1u << i;
           track(search,
-                {nodes.block(b), wanted, known.places.data() + b * width * D,
+                {at + b * width * D, wanted, known.places.data() + b * width * D,
                  known.held.data() + b * width, known.others.data() + b * width, distances.data()});
           for (index_t i = 0; i < width; ++i) {
             if ((wanted >> i & 1) == 0) continue;
@@ -165,7 +167,32 @@ void track(const kd_tree<S, D>& tree, points_view<S, D> points,
   if constexpr (D == dynamic)
     track_one_by_one(tree, points, queries, map, max_distance, known, is_wanted, threads);
   else
-    track_in_blocks(tree, points, *queries_tree, map, max_distance, known, is_wanted, threads);
+    track_in_blocks(tree, points, *queries_tree, queries_tree->nodes().block(0), map, max_distance,
+                    known, is_wanted, threads);
+}
+
+/// The same of queries that have been moved since the tree of them was made.
+template <Scalar S, int D>
+void track_moved(const kd_tree<S, D>& tree, points_view<S, D> points,
+                 const std::optional<kd_tree<S, D>>& queries_tree, points_view<S, D> moved,
+                 S max_distance, tracked_queries<S>& known, int threads) {
+  const auto stay = query_map<S, D>::identity(points.dimension());
+  if constexpr (D == dynamic) {
+    track_one_by_one(tree, points, moved, stay, max_distance, known, {}, threads);
+  } else {
+    constexpr index_t width = 16;
+    const auto& nodes = queries_tree->nodes();
+    buffer<S> at(static_cast<std::size_t>(nodes.blocks() * width * D));
+    parallel_for(nodes.blocks(), {.threads = threads}, [&](index_t b) {
+      for (index_t i = 0; i < width; ++i) {
+        const index_t q = nodes.indices[static_cast<std::size_t>(b * width + i)];
+        for (index_t d = 0; d < D; ++d)
+          at[static_cast<std::size_t>((b * D + d) * width + i)] =
+              q >= 0 ? moved[q][d] : std::numeric_limits<S>::quiet_NaN();
+      }
+    });
+    track_in_blocks(tree, points, *queries_tree, at.data(), stay, max_distance, known, {}, threads);
+  }
 }
 
 }  // namespace
@@ -189,26 +216,31 @@ nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> source,
 }
 
 template <Scalar S, int D>
-void nearest_neighbor_engine<S, D>::find_forward(const affine_parts<S, D>& transform,
+void nearest_neighbor_engine<S, D>::find_forward(const source_motion& motion,
                                                  tracked_queries<S>& tracked) const {
-  track<S, D>(*target_tree_, target_, source_tree_, source_, query_map<S, D>::forward(transform),
-              S(options_.max_distance), tracked, {}, options_.threads);
+  const S limit = static_cast<S>(options_.max_distance);
+  if (motion.transform)
+    track<S, D>(*target_tree_, target_, source_tree_, source_,
+                query_map<S, D>::forward(*motion.transform), limit, tracked, {}, options_.threads);
+  else
+    track_moved<S, D>(*target_tree_, target_, source_tree_, motion.moved, limit, tracked,
+                      options_.threads);
 }
 
 template <Scalar S, int D>
-void nearest_neighbor_engine<S, D>::find_backward(const affine_parts<S, D>& transform,
-                                                  bool is_rigid, tracked_queries<S>& tracked,
+void nearest_neighbor_engine<S, D>::find_backward(const source_motion& motion,
+                                                  tracked_queries<S>& tracked,
                                                   std::span<const char> is_wanted) const {
   const S limit = static_cast<S>(options_.max_distance);
-  if (is_rigid) {
+  if (motion.is_rigid) {
     // Distances are the same on the other side, where the tree is. Rounding on that side must not
     // lose what is just within the limit.
     return track<S, D>(*source_tree_, source_, target_tree_, target_,
-                       query_map<S, D>::backward(transform), limit * S(1.001), tracked, is_wanted,
-                       options_.threads);
+                       query_map<S, D>::backward(*motion.transform), limit * S(1.001), tracked,
+                       is_wanted, options_.threads);
   }
   point_matrix<S, D> moved(source_.dimension(), source_.size());
-  for (index_t s = 0; s < source_.size(); ++s) moved.col(s) = transform(source_[s]);
+  for (index_t s = 0; s < source_.size(); ++s) moved.col(s) = motion.place_of(source_, s);
   tracked.is_known = false;
   const kd_tree<S, D> tree{moved, {.threads = options_.threads}};
   track<S, D>(tree, points_view<S, D>{points_in(moved)}, target_tree_, target_,
@@ -220,13 +252,27 @@ template <Scalar S, int D>
 void nearest_neighbor_engine<S, D>::find(const affine_parts<S, D>& transform, bool is_rigid,
                                          nearest_neighbor_memory<S>& memory,
                                          correspondences<S>& out) const {
+  expects(target_.empty() || source_.empty() || transform.translation.size() == target_.dimension(),
+          "nearest_neighbor_searcher: transform and points must have the same dimension");
+  find(source_motion{&transform, is_rigid, {}}, memory, out);
+}
+
+template <Scalar S, int D>
+void nearest_neighbor_engine<S, D>::find(points_view<S, D> moved,
+                                         nearest_neighbor_memory<S>& memory,
+                                         correspondences<S>& out) const {
+  find(source_motion{nullptr, false, moved}, memory, out);
+}
+
+template <Scalar S, int D>
+void nearest_neighbor_engine<S, D>::find(const source_motion& motion,
+                                         nearest_neighbor_memory<S>& memory,
+                                         correspondences<S>& out) const {
   out.clear();
   if (target_.empty() || source_.empty()) return;
-  expects(transform.translation.size() == target_.dimension(),
-          "nearest_neighbor_searcher: transform and points must have the same dimension");
   const S limit = static_cast<S>(options_.max_distance);
   const auto pair_of = [&](std::int32_t t, std::int32_t s) {
-    const S distance = (transform(source_[s]) - target_[t]).norm();
+    const S distance = (motion.place_of(source_, s) - target_[t]).norm();
     if (distance <= limit) out.push_back({s, t, distance});
   };
   const auto partner_of = [](const tracked_queries<S>& found, index_t i) {
@@ -234,11 +280,11 @@ void nearest_neighbor_engine<S, D>::find(const affine_parts<S, D>& transform, bo
   };
 
   if (options_.reciprocal) {
-    find_forward(transform, memory.sources);
+    find_forward(motion, memory.sources);
     memory.is_wanted.assign(static_cast<std::size_t>(target_.size()), 0);
     for (const std::int32_t t : memory.sources.nearest)
       if (t >= 0) memory.is_wanted[static_cast<std::size_t>(t)] = 1;
-    find_backward(transform, is_rigid, memory.targets, memory.is_wanted);
+    find_backward(motion, memory.targets, memory.is_wanted);
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s);
           t >= 0 && partner_of(memory.targets, t) == s)
@@ -246,7 +292,7 @@ void nearest_neighbor_engine<S, D>::find(const affine_parts<S, D>& transform, bo
     return select_correspondences(out, options_);
   }
   if (options_.direction != search_direction::target_to_source) {
-    find_forward(transform, memory.sources);
+    find_forward(motion, memory.sources);
     out.reserve(static_cast<std::size_t>(source_.size()));
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s); t >= 0) {
@@ -255,7 +301,7 @@ void nearest_neighbor_engine<S, D>::find(const affine_parts<S, D>& transform, bo
       }
   }
   if (options_.direction != search_direction::source_to_target) {
-    find_backward(transform, is_rigid, memory.targets, {});
+    find_backward(motion, memory.targets, {});
     for (std::int32_t t = 0; t < target_.size(); ++t)
       if (const auto s = partner_of(memory.targets, t); s >= 0) pair_of(t, s);
     const auto place = [](const auto& p) { return std::pair{p.source, p.target}; };

@@ -37,14 +37,31 @@ class nearest_neighbor_engine {
  public:
   nearest_neighbor_engine(points_view<S, D> source, points_view<S, D> target,
                           const correspondence_options& options, const task_monitor& monitor);
+  [[nodiscard]] int threads() const { return options_.threads; }
   /// `is_rigid` is what the type of the transform says.
   void find(const affine_parts<S, D>& transform, bool is_rigid, nearest_neighbor_memory<S>& memory,
             correspondences<S>& out) const;
+  /// With the source where something else has moved it.
+  void find(points_view<S, D> moved, nearest_neighbor_memory<S>& memory,
+            correspondences<S>& out) const;
 
  private:
-  void find_forward(const affine_parts<S, D>& transform, tracked_queries<S>& tracked) const;
-  void find_backward(const affine_parts<S, D>& transform, bool is_rigid,
-                     tracked_queries<S>& tracked, std::span<const char> is_wanted) const;
+  /// How the source is moved: by a transform, or point by point already.
+  struct source_motion {
+    const affine_parts<S, D>* transform;
+    bool is_rigid;
+    points_view<S, D> moved;
+
+    [[nodiscard]] point_vector<S, D> place_of(points_view<S, D> source, index_t s) const {
+      return transform ? (*transform)(source[s]) : point_vector<S, D>{moved[s]};
+    }
+  };
+
+  void find(const source_motion& motion, nearest_neighbor_memory<S>& memory,
+            correspondences<S>& out) const;
+  void find_forward(const source_motion& motion, tracked_queries<S>& tracked) const;
+  void find_backward(const source_motion& motion, tracked_queries<S>& tracked,
+                     std::span<const char> is_wanted) const;
 
   points_view<S, D> target_, source_;
   correspondence_options options_;
@@ -56,8 +73,9 @@ class nearest_neighbor_engine {
 ///
 /// Trees are built once. With a memory, a query that has moved by less than the gap between its
 /// nearest and its second nearest point keeps its neighbour without a search: the result is the
-/// same. Only a search from target to source under a transform that is not rigid needs a new tree
-/// each time. Views target and source; copying costs a pointer.
+/// same. Only a search from target to source under a map that is not rigid needs a new tree each
+/// time; of a field of transforms, each point is moved once. Views target and source; copies share
+/// their trees.
 export template <Scalar S, int D>
 class nearest_neighbor_searcher {
  public:
@@ -68,28 +86,35 @@ class nearest_neighbor_searcher {
   template <BorrowedPoints T, BorrowedPoints P>
   nearest_neighbor_searcher(P&& source, T&& target, const correspondence_options& options = {},
                             const task_monitor& monitor = {})
-      : engine_{std::make_shared<const engine>(as_points(source), as_points(target), options,
-                                               monitor)} {
+      : source_{as_points(source)},
+        engine_{std::make_shared<const engine>(source_, as_points(target), options, monitor)} {
     expect_same_origin(source, target, "nearest_neighbor_searcher");
   }
 
-  /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a
-  /// transform of another dimension. O(N log M).
-  template <AffineMap T>
-    requires std::same_as<typename T::Scalar, S>
-  void find(const T& transform, correspondences<S>& out) const {
+  /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a map of
+  /// another dimension or number of points. O(N log M).
+  template <PointMap<D> M>
+    requires std::same_as<typename M::Scalar, S>
+  void find(const M& map, correspondences<S>& out) const {
     memory fresh;
-    find(transform, fresh, out);
+    find(map, fresh, out);
   }
-  template <AffineMap T>
-    requires std::same_as<typename T::Scalar, S>
-  void find(const T& transform, memory& known, correspondences<S>& out) const {
+  template <PointMap<D> M>
+    requires std::same_as<typename M::Scalar, S>
+  void find(const M& map, memory& known, correspondences<S>& out) const {
     if (known.owner != engine_) known = {engine_, {}, {}, {}};
-    engine_->find(affine_parts<S, closed_dimension<D>>{transform}, RigidMap<T>, known, out);
+    if constexpr (AffineMap<M>) {
+      engine_->find(affine_parts<S, C>{map}, RigidMap<M>, known, out);
+    } else {
+      const auto moved = moved_points(map, source_, {.threads = engine_->threads()});
+      engine_->find(points_view<S, C>{points_in(moved)}, known, out);
+    }
   }
 
  private:
-  using engine = nearest_neighbor_engine<S, closed_dimension<D>>;
+  static constexpr int C = closed_dimension<D>;
+  using engine = nearest_neighbor_engine<S, C>;
+  points_view<S, D> source_;
   std::shared_ptr<const engine> engine_;
 };
 export template <PointsSource T, PointsSource P>

@@ -8,8 +8,8 @@ import :correspondence;
 namespace cilantro {
 
 /// Pairs that are known beforehand, from descriptors or markers: their distances are found anew for
-/// every transform, and `max_distance`, `one_to_one` and `fraction` applied to those. Direction and
-/// reciprocity have no meaning here. Views target and source.
+/// every transform or field of them, and `max_distance`, `one_to_one` and `fraction` applied to
+/// those. Direction and reciprocity have no meaning here. Views target and source.
 export template <Scalar S, int D>
 class oracle_searcher {
  public:
@@ -23,6 +23,7 @@ class oracle_searcher {
         pairs_{std::move(pairs)},
         options_{options} {
     expect_valid(options);
+    expect_same_origin(source, target, "oracle_searcher");
     expects(pairs_.empty() || target_.dimension() == source_.dimension(),
             "oracle_searcher: target and source must have the same dimension");
     for (const auto& pair : pairs_)
@@ -32,14 +33,14 @@ class oracle_searcher {
   }
 
   /// As `CorrespondenceSearcher` says. O(pairs).
-  template <AffineMap T>
-    requires std::same_as<typename T::Scalar, S>
-  void find(const T& transform, correspondences<S>& out) const {
+  template <PointMap<D> M>
+    requires std::same_as<typename M::Scalar, S>
+  void find(const M& map, correspondences<S>& out) const {
+    expect_moves(map, source_, "oracle_searcher");
     out = pairs_;
     for (auto& pair : out)
-      pair.distance = (transform.linear() * source_[pair.source] + transform.translation() -
-                       target_[pair.target])
-                          .norm();
+      pair.distance =
+          (moved_point(map, pair.source, source_[pair.source]) - target_[pair.target]).norm();
     select_correspondences(out, options_);
   }
 

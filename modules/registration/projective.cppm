@@ -29,19 +29,21 @@ class projective_searcher {
         options_{options},
         seen_{project(target_, camera, {.threads = options.threads})} {
     expect_valid(options);
+    expect_same_origin(source, target, "projective_searcher");
     expects(!options.reciprocal && options.direction == search_direction::source_to_target,
             "projective_searcher: pairs are found from the source to the target only");
   }
 
   /// As `CorrespondenceSearcher` says; distances are Euclidean, in space.
-  template <AffineMap T>
-    requires std::same_as<typename T::Scalar, S>
-  void find(const T& transform, correspondences<S>& out) const {
-    find(affine_parts<S, 3>{transform}, out);
+  template <PointMap<3> M>
+    requires std::same_as<typename M::Scalar, S>
+  void find(const M& map, correspondences<S>& out) const {
+    const auto moved = moved_points(map, source_, {.threads = options_.threads});
+    pair_moved(as_points(moved), out);
   }
 
  private:
-  void find(const affine_parts<S, 3>& transform, correspondences<S>& out) const;
+  void pair_moved(points_view<S, 3> source, correspondences<S>& out) const;
 
   points_view<S, 3> target_, source_;
   pinhole_camera<S> camera_;

@@ -4,6 +4,7 @@ export module cilantro.registration:residual;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
+import :correspondence;
 
 namespace cilantro {
 
@@ -218,6 +219,85 @@ void with_terms(const Metric& metric, F&& f) {
     }(std::make_index_sequence<Metric::size>{});
   else
     with_weights(metric, f);
+}
+
+/// The pair of a moved point and its partner. `moved_normal()` is asked for where it is needed.
+template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class F>
+[[nodiscard]] matched_pair<D> pair_at(const point_vector<double, D>& moved,
+                                      const oriented_points_view<S, D>& target, index_t s,
+                                      index_t t, F&& moved_normal) {
+  using vector = point_vector<double, D>;
+  matched_pair<D> pair{moved,
+                       target.points[t].template cast<double>(),
+                       vector::Zero(moved.size()),
+                       vector::Zero(moved.size()),
+                       s,
+                       t};
+  if constexpr (TargetNormals) pair.target_normal = target.normals[t].template cast<double>();
+  if constexpr (SourceNormals) {
+    pair.normal = moved_normal();
+    if (const double length = pair.normal.norm(); length > 0) pair.normal /= length;
+  }
+  return pair;
+}
+
+/// A pair as a metric sees it once `map` has moved the source, for estimators of yours. Normals of
+/// the source that the metric needs are those that `map.normal` gives. Precondition: the points and
+/// the normals that the metric needs are there.
+export template <class Metric, Scalar S, int D, class M>
+  requires RegistrationMetric<Metric, D> && PointMap<M, D> && std::same_as<typename M::Scalar, S> &&
+           (!needs_source_normals<Metric> || NormalMap<M, D>)
+[[nodiscard]] matched_pair<D> match(const Metric&, const M& map,
+                                    const oriented_points_view<S, D>& source,
+                                    const oriented_points_view<S, D>& target,
+                                    const correspondence<S>& pair) {
+  const auto [s, t, distance] = pair;
+  const point_vector<S, D> moved = moved_point(map, s, source.points[s]);
+  return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
+      point_vector<double, D>{moved.template cast<double>()}, target, s, t, [&] {
+        if constexpr (needs_source_normals<Metric>)
+          return point_vector<double, D>{
+              normals_moved_by<D>(map)(s, source.normals[s]).template cast<double>()};
+        else
+          return point_vector<double, D>{};
+      });
+}
+
+/// The rows of one term for one pair, as `weighted_rows` says.
+template <int D, class Term, class Pairs, class Kernel, class Emit>
+void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel& robust,
+                  const matched_pair<D>& pair, double distance, Emit&& emit) {
+  using vector = point_vector<double, D>;
+  weight *= double(evaluate_pair<double>(by, pair.source_index, pair.target_index, distance));
+  if constexpr (!std::same_as<Kernel, unit_weight>) {
+    double square = 0;
+    term(pair, [&](double value, const vector&, const auto&...) { square += value * value; });
+    weight *= double(
+        evaluate_pair<double>(robust, pair.source_index, pair.target_index, std::sqrt(square)));
+  }
+  if (!(weight > 0)) return;
+  const auto add = [&](double value, const vector& gradient, const vector& at) {
+    if (std::isfinite(value)) emit(weight, value, gradient, at);
+  };
+  term(pair, [&](double value, const vector& gradient, const auto&... at) {
+    if constexpr (sizeof...(at) == 0)
+      add(value, gradient, pair.point);
+    else
+      add(value, gradient, at...);
+  });
+}
+
+/// The rows of a metric for one pair, in the order of its terms: `emit(weight, value, gradient,
+/// at)`, where the gradient acts at the place `at`. For estimators of yours: each row adds
+/// weight · value² to what is minimised, with the weights of iteratively reweighted least squares.
+/// `distance` is the pair's own. Rows without weight, or whose value is not finite, are left out.
+export template <int D, class Metric, class Emit>
+  requires RegistrationMetric<Metric, D>
+void weighted_rows(const Metric& metric, const matched_pair<D>& pair, double distance,
+                   Emit&& emit) {
+  with_terms(metric, [&](const auto& term, double weight, const auto& by, const auto& robust) {
+    rows_of_term(term, weight, by, robust, pair, distance, emit);
+  });
 }
 
 static_assert(ResidualTerm<point_to_point, 5> && ResidualTerm<point_to_plane, 3>);

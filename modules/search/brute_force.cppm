@@ -3,8 +3,8 @@ export module cilantro.search:brute_force;
 
 import cilantro.standard;
 import cilantro.core;
-import :concepts;
 import :metric;
+import :neighbor_searcher;
 import :neighborhood;
 
 namespace cilantro {

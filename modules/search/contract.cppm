@@ -4,11 +4,12 @@ export module cilantro.search:contract;
 import cilantro.standard;
 import cilantro.core;
 import :brute_force;
-import :concepts;
 import :kd_tree;
 import :kd_tree_nodes;
 import :metric;
+import :neighbor_searcher;
 import :neighborhood;
+import :visit;
 
 namespace cilantro {
 
@@ -93,8 +94,64 @@ class searcher_contract {
   std::vector<std::string> violations_;
 };
 
+/// Whether many queries at once are answered as `find` answers each, by `find_all` and by
+/// `visit_all` where a searcher has them.
+template <NeighborSearcher T, class View>
+void check_batches(const T& searcher, const View& queries, const neighborhood_spec& spec,
+                   std::vector<std::string>& violations) {
+  using S = typename T::scalar;
+  const auto n = static_cast<std::size_t>(queries.size());
+  std::vector<std::vector<neighbor<S>>> expected(n);
+  for (std::size_t q = 0; q < n; ++q) searcher.find(queries[index_t(q)], spec, expected[q]);
+  violation_list found;
+  if constexpr (BatchSearcher<T>) {
+    const auto all = searcher.find_all(queries, spec, execution{});
+    found.expect(all.size() == index_t(n), "find_all does not answer each query");
+    for (std::size_t q = 0; q < n && all.size() == index_t(n); ++q)
+      found.expect(std::ranges::equal(all[index_t(q)], expected[q]),
+                   "find_all and find give different results");
+  }
+  if constexpr (VisitingSearcher<T>) {
+    std::vector<std::uint8_t> wanted(n);
+    for (std::size_t q = 0; q < n; ++q) wanted[q] = q % 3 != 1;
+    for (const bool ascending : {true, false})
+      for (const bool all : {true, false}) {
+        std::vector<int> visits(n, 0);
+        std::vector<std::vector<neighbor<S>>> visited(n);
+        // Each query is in one block, and so are what is written here.
+        searcher.visit_all(
+            queries, spec,
+            [&](const neighborhood_block<S>& block) {
+              for (index_t i = 0; i < block.size(); ++i) {
+                const auto q = static_cast<std::size_t>(block.query(i));
+                if (q >= n) continue;
+                ++visits[q];
+                for (const neighbor<S> one : block[i]) visited[q].push_back(one);
+              }
+            },
+            {.wanted = all ? std::span<const std::uint8_t>{} : wanted, .ascending = ascending});
+        for (std::size_t q = 0; q < n; ++q) {
+          const bool is_asked = all || wanted[q];
+          found.expect(is_asked || visits[q] == 0, "visit_all visits a query that is not wanted");
+          found.expect(
+              !is_asked || visits[q] == 1 || (visits[q] == 0 && !is_finite(queries[index_t(q)])),
+              "visit_all does not visit a query once");
+          if (visits[q] != 1) continue;
+          auto truth = expected[q];
+          if (!ascending) {
+            std::ranges::sort(truth, {}, [](const auto& one) { return one.index; });
+            std::ranges::sort(visited[q], {}, [](const auto& one) { return one.index; });
+          }
+          found.expect(visited[q] == truth, "visit_all and find give different results");
+        }
+      }
+  }
+  for (auto& sentence : found.take()) violations.push_back(std::move(sentence));
+}
+
 /// Tests a searcher of yours, built from `points`, against what `NeighborSearcher` says it does:
-/// counts, order, radii, repeated searches, queries that are not finite, k of 0 and beyond N.
+/// counts, order, radii, repeated searches, queries that are not finite, k of 0 and beyond N; and
+/// many queries at once, if it is a `VisitingSearcher` or a `BatchSearcher`.
 /// The truth is by `metric`. Returns a sentence for each violation; none means that it may be used
 /// wherever a `kd_tree` may. Give points with duplicates and non-finite ones to test those too.
 /// O(queries · N).
@@ -113,6 +170,12 @@ export template <NeighborSearcher T, PointsSource P,
   if (!view.empty() && index_t(searcher.dimension()) != view.dimension())
     violations.emplace_back("dimension() is not the dimension of the points");
   if (!violations.empty()) return std::move(violations);
+
+  if constexpr (BatchSearcher<T> || VisitingSearcher<T>)
+    for (const neighborhood_spec spec : {neighborhood_spec{knn{5}}, neighborhood_spec{radius{0}},
+                                         neighborhood_spec{knn{view.size() + 3}}})
+      check_batches(searcher, view.slice(0, std::min(options.queries, view.size())), spec,
+                    violations);
 
   std::vector<neighbor<S>> around;
   for (index_t q = 0; q < options.queries && !view.empty(); ++q) {

@@ -3,10 +3,11 @@ export module cilantro.search:graph;
 
 import cilantro.standard;
 import cilantro.core;
-import :concepts;
 import :kd_tree;
+import :neighbor_searcher;
 import :neighborhood;
 import :pair;
+import :visit;
 import :weight;
 
 namespace cilantro {

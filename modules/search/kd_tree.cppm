@@ -5,11 +5,12 @@ export module cilantro.search:kd_tree;
 
 import cilantro.standard;
 import cilantro.core;
-import :concepts;
 import :kd_tree_nodes;
 import :metric;
 import :nearest;
+import :neighbor_searcher;
 import :neighborhood;
+import :visit;
 
 namespace cilantro {
 

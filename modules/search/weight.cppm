@@ -81,6 +81,22 @@ export struct geman_mcclure {
   }
 };
 
+/// A robust kernel of any type, as an option: a function of a residual that returns its weight. By
+/// default, none. A `Kernel` of bandwidths is not one.
+export class robust_kernel {
+ public:
+  robust_kernel() = default;
+  template <PairEvaluator<double> K>
+    requires(!std::same_as<K, robust_kernel>) && std::is_invocable_r_v<double, const K&, double>
+  robust_kernel(K kernel) : weight_{std::move(kernel)} {}  // NOLINT: a conversion on purpose
+
+  [[nodiscard]] explicit operator bool() const { return weight_ != nullptr; }
+  double operator()(double residual) const { return weight_(residual); }
+
+ private:
+  std::function<double(double)> weight_;
+};
+
 static_assert(PairEvaluator<unit_weight, float> && PairEvaluator<gaussian, double>);
 
 }  // namespace cilantro

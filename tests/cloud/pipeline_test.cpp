@@ -52,6 +52,15 @@ TEST_CASE("a temporary cloud is moved through a whole pipeline, never copied") {
   CHECK(result.points.data() == memory);
 }
 
+TEST_CASE("a lambda is a step behind a cloud and behind a step") {
+  const auto cloud = some_cloud();
+  const auto first_ten = [](auto c) { return select(c, std::views::iota(0, 10)); };
+  CHECK((cloud | first_ten) == (cloud | step{first_ten}));
+  const auto line = remove_invalid() | first_ten | transform(Eigen::Isometry3f::Identity());
+  CHECK((cloud | line) == (cloud | first_ten));
+  CHECK((some_cloud() | [](point_cloud<float, 3>&& c) { return c.size(); }) == 500);
+}
+
 TEST_CASE("a cloud that has a name is left as it is") {
   const auto cloud = some_cloud();
   const auto before = cloud;

@@ -124,6 +124,21 @@ TEST_CASE_TEMPLATE("a transform moves points and normals, and leaves the rest", 
   CHECK(transform(without_normals, by).points.isApproxToConstant(3));
 }
 
+TEST_CASE("a transform in double moves a cloud of float, and its origin by all digits") {
+  auto cloud = full_cloud<test::f3>(15);
+  Eigen::Isometry3d by{Eigen::AngleAxisd{0.5, Eigen::Vector3d::UnitX()}};
+  by.translation() = Eigen::Vector3d{1.0 / 3, 2, 3};
+  CHECK(transform(cloud, by) == transform(cloud, by.cast<float>()));
+  CHECK((cloud | transform(by)) == transform(cloud, by));
+  cloud.origin = Eigen::Vector3d{400'000.25, 5'600'000.5, 100};
+  const auto moved = transform(cloud, by);
+  CHECK((moved.origin - by * cloud.origin).isZero(1e-9));
+  CHECK((moved.points - by.linear().cast<float>() * cloud.points).isZero(1e-6f));
+  const affine_transform<double, dynamic> at_run_time{by.linear(), by.translation()};
+  CHECK(transform(full_cloud<test::f3>(15), at_run_time)
+            .points.isApprox(transform(full_cloud<test::f3>(15), by).points));
+}
+
 TEST_CASE_TEMPLATE("an appended cloud follows with everything", T, ALL_SPACES) {
   const auto both = full_cloud<T>(10);
   const auto first = select(both, std::vector{0, 1, 2}),

@@ -60,6 +60,18 @@ TEST_CASE("where semicolons separate, commas are decimal") {
   CHECK(read("0.5,1.25,2\n").points.col(0) == Eigen::Vector3d{0.5, 1.25, 2});
 }
 
+TEST_CASE("where white space separates numbers such as 1,5, commas are decimal") {
+  for (const std::string_view text :
+       {"0,50 1,25 -2,75\n1 2,5 3\n", "x y z\n0,50\t1,25\t-2,75\n1\t2,5\t3\n",
+        "2\n0,50 1,25 -2,75\n1 2,5 3\n", "0,5 1,25 -27,5e-1\n+1 2,5 3\n"}) {
+    const auto cloud = read(text);
+    CHECK(cloud.points == Eigen::Matrix3Xd{{0.5, 1}, {1.25, 2.5}, {-2.75, 3}});
+    CHECK(!cloud.has_colors());
+  }
+  for (const std::string_view text : {"1,2,3\n", "1, 2, 3\n", "1 ,2 ,3\n", " 1,2,3 \n"})
+    CHECK(read(text).points.col(0) == Eigen::Vector3d{1, 2, 3});
+}
+
 TEST_CASE(
     "a head may be quoted, in any order, behind a mark of byte order, and beside words that nobody "
     "wants") {

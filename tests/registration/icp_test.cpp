@@ -39,53 +39,7 @@ point_cloud<S, 3> corridor(index_t count, double length, std::uint64_t seed = 0)
 template <class S>
 constexpr double micro = std::is_same_v<S, float> ? 1e-5 : 1e-9;
 
-/// A transform for each point: the smallest field that there is.
-struct shift_field {
-  using Scalar = double;
-  Eigen::Matrix3Xd shifts;
-};
-
-/// Moves every point by its own shift, and asks the ordinary searcher.
-struct field_searcher {
-  const Eigen::Matrix3Xd& target;
-  const Eigen::Matrix3Xd& source;
-
-  void find(const shift_field& field, correspondences<double>& out) const {
-    const Eigen::Matrix3Xd moved = source + field.shifts;
-    nearest_neighbor_searcher{moved, target}.find(Eigen::Isometry3d::Identity(), out);
-  }
-};
-
-/// Half of the way to its partner for each point.
-struct field_estimator {
-  using transform_type = shift_field;
-  const Eigen::Matrix3Xd& target;
-  const Eigen::Matrix3Xd& source;
-
-  [[nodiscard]] registration_step<shift_field> estimate(
-      const shift_field& current, std::span<const correspondence<double>> pairs) const {
-    registration_step<shift_field> step{current, {}, {}};
-    step.fit.pairs = std::ssize(pairs);
-    for (const auto& [s, t, distance] : pairs) {
-      step.transform.shifts.col(s) += (target.col(t) - source.col(s) - current.shifts.col(s)) / 2;
-      step.change.translation = std::max(step.change.translation, distance / 2);
-    }
-    return step;
-  }
-};
-
 }  // namespace
-
-TEST_CASE("a field of many transforms goes through the same loop") {
-  const Eigen::Matrix3Xd target = test::bumpy_surface<test::d3>(300).points;
-  Eigen::Matrix3Xd source = target;
-  source.row(2).array() += 0.01 * source.row(0).array().sin();
-  const auto found =
-      icp(field_searcher{target, source}, field_estimator{target, source},
-          shift_field{Eigen::Matrix3Xd::Zero(3, 300)}, {.max_iterations = 60, .tolerance = 1e-8});
-  CHECK(found.converged());
-  CHECK((source + found.transform.shifts - target).cwiseAbs().maxCoeff() < 1e-6);
-}
 
 // The first cilantro called this converged, after one iteration.
 TEST_CASE_TEMPLATE("no pairs are never a success, and leave the transform as it was", S, float,

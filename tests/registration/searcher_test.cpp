@@ -300,9 +300,27 @@ TEST_CASE_TEMPLATE("features of normals and colours find what comparing all of t
     check(rigid, weights);
     check(affine, weights);
   }
+  const oriented_points_view<S, 3> plain_source{source}, plain_target{target};
+  CHECK(found_by(feature_searcher{joint_features{plain_source, plain_target, {.normals = 1}}},
+                 rigid) ==
+        found_by(feature_searcher{joint_features{source, target, {.normals = 1}}}, rigid));
+  CHECK_THROWS_AS((joint_features{plain_source, plain_target, {.colors = 1}}), invalid_input);
   source.normals.resize(3, 0);
   CHECK_THROWS_AS((joint_features{source, target, {.normals = 1}}), invalid_input);
   CHECK_THROWS_AS((joint_features{source, target, {.colors = -1}}), invalid_input);
+}
+
+TEST_CASE_TEMPLATE("clouds with different origins have no pairs", S, float, double) {
+  using space = test::space<S, 3>;
+  const auto target = test::bumpy_surface<space>(50, 1);
+  auto source = test::bumpy_surface<space>(50, 2);
+  source.origin = Eigen::Vector3d{100, 0, 0};
+  const pinhole_camera<S> camera{.width = 4, .height = 4, .fx = 2, .fy = 2, .cx = 2, .cy = 2};
+  CHECK_THROWS_AS((nearest_neighbor_searcher{source, target}), invalid_input);
+  CHECK_THROWS_AS((oracle_searcher{source, target, correspondences<S>{}}), invalid_input);
+  CHECK_THROWS_AS((projective_searcher{source, target, camera}), invalid_input);
+  CHECK_THROWS_AS((point_features{source, target}), invalid_input);
+  CHECK_THROWS_AS((joint_features{source, target, {}}), invalid_input);
 }
 
 TEST_CASE("another judge decides which pairs of a search are accepted, and at which distance") {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,43 @@ std::string violations(const std::vector<std::string>& all) {
   return text;
 }
 
+/// Answers many queries at once, in one of many ways that are wrong.
+struct visiting {
+  enum class fault { none, twice, unwanted, forgets, descending, lets_out };
+  using scalar = float;
+  static constexpr int static_dimension = 3;
+
+  brute_force_searcher<float, 3> truth;
+  fault how = fault::none;
+
+  [[nodiscard]] index_t size() const { return truth.size(); }
+  [[nodiscard]] index_t dimension() const { return truth.dimension(); }
+  void find(const Eigen::Vector3f& query, neighborhood_spec spec,
+            std::vector<neighbor<float>>& out) const {
+    truth.find(query, spec, out);
+  }
+  void visit_all(points_view<float, 3> queries, neighborhood_spec spec,
+                 const neighborhood_visitor<float>& visit, const visit_options& options) const {
+    found_block<float> block;
+    std::vector<neighbor<float>> found;
+    for (index_t q = queries.size() - 1; q >= 0; --q) {
+      if (!options.wanted.empty() && options.wanted[std::size_t(q)] == 0 && how != fault::unwanted)
+        continue;
+      if (how == fault::lets_out && q == 3) continue;
+      truth.find(queries[q], spec, found);
+      if (how == fault::forgets && !found.empty()) found.pop_back();
+      if (how == fault::descending) std::ranges::reverse(found);
+      block.add(q, found);
+      if (how == fault::twice) block.add(q, found);
+    }
+    visit(block.view());
+  }
+};
+static_assert(VisitingSearcher<visiting> && !BatchSearcher<visiting>);
+static_assert(VisitingSearcher<kd_tree<double, dynamic>> &&
+              BatchSearcher<kd_tree<double, dynamic>>);
+static_assert(!VisitingSearcher<faulty>);
+
 }  // namespace
 
 static_assert(NeighborSearcher<faulty>);
@@ -97,4 +135,29 @@ TEST_CASE("every broken rule of the contract is noticed and named") {
   const auto fewer = points.leftCols(10).eval();
   CHECK(check_neighbor_searcher(faulty{brute_force_searcher{fewer}}, points) ==
         std::vector<std::string>{"size() is not the number of points"});
+}
+
+TEST_CASE("every broken rule of answering many queries at once is noticed and named") {
+  auto points = test::random_points<test::f3>(200, 3);
+  points(1, 8) = test::nan<float>;
+  const auto names = [&](visiting::fault how, const char* what) {
+    const visiting searcher{brute_force_searcher{points}, how};
+    return violations(check_neighbor_searcher(searcher, points)).find(what) != std::string::npos;
+  };
+  using enum visiting::fault;
+  CHECK(violations(check_neighbor_searcher(visiting{brute_force_searcher{points}}, points)) == "");
+  CHECK(names(twice, "visit_all does not visit a query once"));
+  CHECK(names(lets_out, "visit_all does not visit a query once"));
+  CHECK(names(unwanted, "visit_all visits a query that is not wanted"));
+  CHECK(names(forgets, "visit_all and find give different results"));
+  CHECK(names(descending, "visit_all and find give different results"));
+}
+
+TEST_CASE("what a searcher visits in an order of its own is kept in the order of the queries") {
+  const auto points = test::random_points<test::f3>(700, 3);
+  const visiting searcher{brute_force_searcher{points}};
+  const auto found = find_neighborhoods(searcher, points, radius{0.3});
+  const auto expected = find_neighborhoods(kd_tree{points}, points, radius{0.3});
+  CHECK(std::ranges::equal(found.offsets(), expected.offsets()));
+  CHECK(std::ranges::equal(found.indices(), expected.indices()));
 }

@@ -63,6 +63,9 @@ point_cloud<double, 3> labelled_cloud() {
 
 }  // namespace
 
+static_assert(std::is_constructible_v<robust_kernel, huber>);
+static_assert(!std::is_constructible_v<robust_kernel, gaussian_kernel>);
+
 TEST_CASE("wrong arguments are refused: points, transforms, decompositions, randomness") {
   const run_time_isometry in_3d = identity_transform<run_time_isometry>(3);
   Eigen::MatrixXd out(3, 7);

@@ -174,22 +174,30 @@ void cloud_builder<S, D>::choose_origin() {
   if (is_rounded) cloud_.origin = middle;
 }
 
-/// Width and height, where a writer has noted them in a comment, which is removed.
+/// Removes the first comment of a writer that begins with `keyword` and that `parse` makes sense
+/// of.
+template <class F>
+void take_comment(std::vector<std::string>& comments, std::string_view keyword, F parse) {
+  const auto noted = std::ranges::find_if(comments, [&](std::string_view comment) {
+    if (!comment.starts_with(keyword)) return false;
+    detail::word_reader words{comment.substr(keyword.size())};
+    return parse(words);
+  });
+  if (noted != comments.end()) comments.erase(noted);
+}
+
 template <Scalar S, int D>
 void cloud_builder<S, D>::take_size(std::vector<std::string>& comments) {
   const index_t count = is_wide_ ? wide_.cols() : cloud_.points.cols();
-  for (auto at = comments.begin(); at != comments.end(); ++at) {
-    if (!at->starts_with(size_keyword)) continue;
-    detail::word_reader words{std::string_view{*at}.substr(size_keyword.size())};
+  take_comment(comments, size_keyword, [&](detail::word_reader& words) {
     int width = 0, height = 0;
     if (!detail::parse_number(words.next(), width) || !detail::parse_number(words.next(), height) ||
         !words.done() || width < 1 || height < 1 || index_t{width} * height != count)
-      continue;
+      return false;
     cloud_.width = width;
     cloud_.height = height;
-    comments.erase(at);
-    return;
-  }
+    return true;
+  });
 }
 
 /// Whether S holds a value: to the bit, or if the file is a text, to the digits that it has.
@@ -252,18 +260,16 @@ point_cloud<S, D> cloud_builder<S, D>::finish(std::vector<std::string> comments)
 
 template <int D>
 std::optional<point_vector<double, D>> take_origin(std::vector<std::string>& comments) {
-  for (auto at = comments.begin(); at != comments.end(); ++at) {
-    if (!at->starts_with(origin_keyword)) continue;
-    detail::word_reader words{std::string_view{*at}.substr(origin_keyword.size())};
-    point_vector<double, D> origin;
-    bool is_origin = true;
-    for (index_t d = 0; d < D; ++d)
-      is_origin = detail::parse_number(words.next(), origin[d]) && is_origin;
-    if (!is_origin || !words.done() || !is_finite(origin)) continue;
-    comments.erase(at);
-    return origin;
-  }
-  return std::nullopt;
+  std::optional<point_vector<double, D>> origin;
+  take_comment(comments, origin_keyword, [&](detail::word_reader& words) {
+    point_vector<double, D> noted;
+    for (double& coordinate : noted)
+      if (!detail::parse_number(words.next(), coordinate)) return false;
+    if (!words.done() || !is_finite(noted)) return false;
+    origin = noted;
+    return true;
+  });
+  return origin;
 }
 
 template <int D>

@@ -55,6 +55,25 @@ bool is_number(std::string_view word) {
   return detail::parse_number(word, value);
 }
 
+/// How many numbers blanks separate in a line, if some of them are written as `1,5`, with digits on
+/// both sides of one comma; otherwise 0, and commas separate.
+std::size_t count_with_decimal_commas(std::string_view line) {
+  const auto is_digit = [](char c) { return '0' <= c && c <= '9'; };
+  std::size_t count = 0, commas = 0;
+  word_reader words{line};
+  for (auto word = words.next(); !word.empty(); word = words.next(), ++count) {
+    std::string number{word};
+    if (const auto at = word.find(','); at != word.npos) {
+      if (at == 0 || !is_digit(word[at - 1]) || at + 1 == word.size() || !is_digit(word[at + 1]))
+        return 0;
+      number[at] = '.';
+      ++commas;
+    }
+    if (!is_number(number)) return 0;
+  }
+  return count > 1 && commas > 0 ? count : 0;
+}
+
 /// Whether words are names of columns: the coordinates are among them.
 template <int D>
 bool are_names(const names& words) {
@@ -104,7 +123,8 @@ class text_reader {
       if (lines++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
       if (is_comment(*line)) continue;
       if (rows_ == count_.value_or(-1)) {
-        if (take_next_count(*line)) continue;
+        const auto words = words_of(*line);
+        if (words.empty() || take_count(words)) continue;
         comments_.push_back("the file goes on after the " + std::to_string(*count_) +
                             " points that it says it has");
         break;
@@ -118,16 +138,15 @@ class text_reader {
                        " points, and says it has " + std::to_string(*count_));
   }
 
-  /// After all the points of a PTS file: the count of another scan, which begins here. False if it
-  /// is something else.
-  bool take_next_count(std::string_view line) {
-    const auto words = words_of(line);
-    if (words.empty()) return true;
+  /// Before the points of each scan in a PTS file: how many they are. False if it is something
+  /// else.
+  bool take_count(const names& words) {
     std::uint32_t more = 0;
     if (words.size() > 1 || !detail::parse_number(words[0], more)) return false;
+    // A point takes at least as many digits and separators as it has coordinates.
     if (more > in_.remaining() / (2 * D - 1) + 1)
       in_.fail_at_line("the file says that it has more points than fit it");
-    *count_ += more;
+    count_ = count_.value_or(0) + more;
     return true;
   }
 
@@ -192,14 +211,7 @@ class text_reader {
     const auto words = words_of(line);
     if (words.empty()) return false;
     if (words.size() > most_columns) in_.fail_at_line("there are more than 4096 values in a line");
-    std::uint32_t count = 0;
-    if (words.size() == 1 && !count_ && detail::parse_number(words[0], count)) {
-      // A point takes at least as many digits and separators as it has coordinates.
-      if (count > in_.remaining() / (2 * D - 1) + 1)
-        in_.fail_at_line("the file says that it has more points than fit it");
-      count_ = count;
-      return false;
-    }
+    if (!count_ && take_count(words)) return false;
     // Where the caller has named the columns, what the file calls them does not matter.
     const bool is_head =
         options_.columns.empty() ? are_names<D>(words) : std::ranges::none_of(words, is_number);
@@ -207,11 +219,15 @@ class text_reader {
       names_ = words;
       return false;
     }
-    // Where semicolons separate, a comma does not.
-    has_decimal_commas_ = line.find(';') != line.npos && line.find(',') != line.npos;
-    columns_ = has_decimal_commas_
-                   ? static_cast<std::size_t>(std::ranges::count(line, ';')) + !line.ends_with(';')
-                   : words.size();
+    columns_ = words.size();
+    has_decimal_commas_ = true;
+    if (const auto numbers = count_with_decimal_commas(line); numbers > 0)
+      columns_ = numbers;
+    else if (line.find(';') != line.npos && line.find(',') != line.npos)
+      // Where semicolons separate, a comma does not.
+      columns_ = static_cast<std::size_t>(std::ranges::count(line, ';')) + !line.ends_with(';');
+    else
+      has_decimal_commas_ = false;
     return take_row(line);
   }
 

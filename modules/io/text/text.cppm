@@ -25,12 +25,13 @@ export struct text_write_options {
 
 /// Reads lines of numbers: XYZ, PTS, ASC, CSV and their like, one point a line.
 ///
-/// White space, commas and semicolons separate; in a file whose first point has both of the latter,
-/// commas are decimal. Blank lines and lines that begin with # or // are passed over, the latter
-/// kept as comments. A first line of one whole number is the count of a PTS file, which may be
-/// followed by the counts and points of further scans. Columns are named by a first line of words,
-/// quoted or not, or the last comment of as many words as there are columns, if x, y (and z) are
-/// among them; otherwise what comes after the coordinates is taken for
+/// White space, commas and semicolons separate. Commas are decimal in a file whose first point has
+/// semicolons, too, or consists of numbers such as `1,5` between white space. Blank lines and lines
+/// that begin with # or // are passed over, the latter kept as comments. A first line of one whole
+/// number is the count of a PTS file, which may be followed by the counts and points of further
+/// scans. Columns are named by a first line of words, quoted or not, or the last comment of as many
+/// words as there are columns, if x, y (and z) are among them; otherwise what comes after the
+/// coordinates is taken for
 ///
 /// - 1 more: intensity; 3 more: colours if they are whole numbers from 0 to 255 or the file has a
 ///   count, else normals;

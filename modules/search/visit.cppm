@@ -1,52 +1,36 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.search:concepts;
+//
+// Many queries at once: visited and forgotten, or kept.
+export module cilantro.search:visit;
 
 import cilantro.standard;
 import cilantro.core;
 import :neighborhood;
+import :neighbor_searcher;
 
 namespace cilantro {
 
-/// Finds the neighbours of a point among the points that it was built from.
-///
-/// Semantics: `find(query, spec, out)` clears `out` and writes the neighbours by ascending
-/// distance, and by ascending index where points are equally far (before the rounding of a square
-/// root): at most `spec.max_count()` of them, none farther than `spec.max_distance()`, which itself
-/// still belongs. A query with a non-finite coordinate has no neighbours, and a point with one is
-/// nobody's neighbour. `find` is const, depends on nothing but its arguments, and is called from
-/// several threads at once. Complexity expected of a model: less than the number of points for a
-/// small neighbourhood. Models: `kd_tree`, `brute_force_searcher`; `check_neighbor_searcher` tests
-/// yours.
-export template <class T>
-concept NeighborSearcher =
-    requires(const T& searcher,
-             typename points_view<typename T::scalar, T::static_dimension>::point_type query,
-             neighborhood_spec spec, std::vector<neighbor<typename T::scalar>>& out) {
-      requires Scalar<typename T::scalar>;
-      { searcher.size() } -> std::convertible_to<index_t>;
-      { searcher.dimension() } -> std::convertible_to<index_t>;
-      { searcher.find(query, spec, out) } -> std::same_as<void>;
-    };
-
-/// A searcher that has a faster way to answer many queries than one after another.
-template <class T>
-concept BatchSearcher =
-    NeighborSearcher<T> &&
-    requires(const T& searcher, points_view<typename T::scalar, T::static_dimension> queries,
-             neighborhood_spec spec, const execution& how) {
-      { searcher.find_all(queries, spec, how) } -> std::same_as<neighborhoods<typename T::scalar>>;
-    };
-
+/// How neighbourhoods are visited.
 export struct visit_options {
   /// If given, one for each query: 0 for those that are not asked.
   std::span<const std::uint8_t> wanted = {};
-  bool ascending = true;  ///< Whether the order within a neighbourhood matters; none is faster.
+  bool ascending = true;  ///< Whether neighbours come in order; in any order is faster.
   int threads = 0;
   task_monitor monitor = {};
 };
 
-/// A searcher that can hand on what it finds in an order of its own, which it is fast in.
-template <class T>
+/// A `NeighborSearcher` that answers many queries faster than one after another, in an order of its
+/// own: by blocks, on another device, from a tile at a time.
+///
+/// Semantics: `visit_all(queries, spec, visit, options)` hands the neighbourhoods of `queries` to
+/// `visit`, in blocks of any size and from several threads at once if it likes: each finite query
+/// that is wanted in one block and once, what `find` finds, by ascending distance and index if
+/// `options.ascending`; no query that is not wanted; one that is not finite, with no neighbours or
+/// not at all. It lets exceptions of `visit` out, and asks `options.monitor` now and then. Sizes
+/// and dimensions have been checked. `found_block` makes blocks. What the library finds by many
+/// queries goes through it: `find_neighborhoods`, graphs, components, densities, normals.
+/// Models: `kd_tree`; `check_neighbor_searcher` tests yours.
+export template <class T>
 concept VisitingSearcher =
     NeighborSearcher<T> &&
     requires(const T& searcher, points_view<typename T::scalar, T::static_dimension> queries,
@@ -55,22 +39,39 @@ concept VisitingSearcher =
       { searcher.visit_all(queries, spec, visit, options) } -> std::same_as<void>;
     };
 
+/// A `NeighborSearcher` that has a fast way to find the neighbourhoods of many queries and keep
+/// them.
+///
+/// Semantics: `find_all(queries, spec, how)` is what `find` finds for each query, in their order.
+/// Models: `kd_tree`; `check_neighbor_searcher` tests yours. One that is a `VisitingSearcher` need
+/// not have it.
+export template <class T>
+concept BatchSearcher =
+    NeighborSearcher<T> &&
+    requires(const T& searcher, points_view<typename T::scalar, T::static_dimension> queries,
+             neighborhood_spec spec, const execution& how) {
+      { searcher.find_all(queries, spec, how) } -> std::same_as<neighborhoods<typename T::scalar>>;
+    };
+
 /// Queries answered by one thread at a time; small, since a radius search varies in cost.
 inline constexpr index_t query_block_size = 256;
 
-/// What is found for some queries, one after another.
-template <Scalar S>
+/// What is found for some queries, one after another: what a `VisitingSearcher` fills and hands on
+/// as its `view()`.
+export template <Scalar S>
 struct found_block {
   std::vector<std::int32_t> queries, counts;
   std::vector<index_t> starts;
   buffer<std::int32_t> indices;
   buffer<S> distances;
 
-  void add(index_t query, std::span<const neighbor<S>> found) {
-    begin(query, std::ssize(found));
-    for (const auto& [index, distance] : found) {
-      indices.push_back(static_cast<std::int32_t>(index));
-      distances.push_back(distance);
+  /// Adds a query and its neighbours, any range of `neighbor<S>`.
+  template <std::ranges::sized_range R>
+  void add(index_t query, const R& found) {
+    begin(query, std::ranges::ssize(found));
+    for (const neighbor<S> one : found) {
+      indices.push_back(static_cast<std::int32_t>(one.index));
+      distances.push_back(one.distance);
     }
   }
   /// The next `count` entries will be those of `query`.
@@ -109,6 +110,35 @@ void visit_queries(index_t queries, const neighborhood_visitor<S>& visit,
   });
 }
 
+/// Gathers blocks, which hold each query once or not at all, in the order of the queries.
+template <Scalar S>
+[[nodiscard]] neighborhoods<S> gather_blocks(index_t queries, std::vector<found_block<S>> blocks,
+                                             int threads) {
+  std::vector<index_t> offsets(static_cast<std::size_t>(queries) + 1, 0);
+  for (const auto& block : blocks)
+    for (std::size_t i = 0; i < block.queries.size(); ++i)
+      offsets[static_cast<std::size_t>(block.queries[i]) + 1] = block.counts[i];
+  for (std::size_t q = 1; q < offsets.size(); ++q) offsets[q] += offsets[q - 1];
+  buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
+  buffer<S> distances(indices.size());
+  parallel_blocks(std::ssize(blocks), 1, {.threads = threads}, [&](index_t b, index_t, index_t) {
+    auto& [names, counts, starts, found, how_far] = blocks[static_cast<std::size_t>(b)];
+    // Neighbours that follow one another in both places are copied together.
+    for (std::size_t i = 0, next = 0; i < names.size(); i = next) {
+      index_t count = counts[i];
+      for (next = i + 1; next < names.size() && names[next] == names[next - 1] + 1 &&
+                         starts[next] == starts[i] + count;
+           ++next)
+        count += counts[next];
+      const index_t to = offsets[static_cast<std::size_t>(names[i])];
+      std::copy_n(found.begin() + starts[i], count, indices.begin() + to);
+      std::copy_n(how_far.begin() + starts[i], count, distances.begin() + to);
+    }
+    blocks[static_cast<std::size_t>(b)] = {};
+  });
+  return {std::move(offsets), std::move(indices), std::move(distances)};
+}
+
 /// Asks for every q in [0, queries), in parallel, and gathers what is found. `make_find()` is
 /// called once a block and returns a function `find(q, out)` that may keep what it needs between
 /// queries.
@@ -127,21 +157,27 @@ template <Scalar S, class F>
     }
   });
 
-  std::vector<index_t> offsets{0};
-  offsets.reserve(static_cast<std::size_t>(queries) + 1);
-  for (const auto& block : blocks)
-    for (const std::int32_t count : block.counts) offsets.push_back(offsets.back() + count);
-  buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
-  buffer<S> distances(indices.size());
-  parallel_blocks(std::ssize(blocks), 1, {.threads = how.threads},
-                  [&](index_t b, index_t, index_t) {
-                    auto& block = blocks[static_cast<std::size_t>(b)];
-                    const index_t at = offsets[static_cast<std::size_t>(b * query_block_size)];
-                    std::ranges::copy(block.indices, indices.begin() + at);
-                    std::ranges::copy(block.distances, distances.begin() + at);
-                    block = {};
-                  });
-  return {std::move(offsets), std::move(indices), std::move(distances)};
+  return gather_blocks<S>(queries, std::move(blocks), how.threads);
+}
+
+/// What a visit finds of every query, kept.
+template <VisitingSearcher T>
+[[nodiscard]] auto gather_visits(const T& searcher,
+                                 points_view<typename T::scalar, T::static_dimension> queries,
+                                 neighborhood_spec spec, const execution& how) {
+  using S = typename T::scalar;
+  std::mutex one_at_a_time;
+  std::vector<found_block<S>> blocks;
+  searcher.visit_all(queries, spec,
+                     [&](const neighborhood_block<S>& block) {
+                       found_block<S> kept;
+                       for (index_t i = 0; i < block.size(); ++i)
+                         kept.add(block.query(i), block[i]);
+                       const std::scoped_lock lock{one_at_a_time};
+                       blocks.push_back(std::move(kept));
+                     },
+                     {.threads = how.threads, .monitor = how.monitor});
+  return gather_blocks<S>(queries.size(), std::move(blocks), how.threads);
 }
 
 /// The neighbourhoods of all `queries`, in parallel and in their order; the same for any number of
@@ -154,6 +190,8 @@ export template <NeighborSearcher T>
           "find_neighborhoods: queries and points must have the same dimension");
   if constexpr (BatchSearcher<T>)
     return searcher.find_all(queries, spec, how);
+  else if constexpr (VisitingSearcher<T>)
+    return gather_visits(searcher, queries, spec, how);
   else
     return gather_neighborhoods<typename T::scalar>(queries.size(), how, [&] {
       return [&](index_t q, auto& found) { searcher.find(queries[q], spec, found); };
@@ -190,6 +228,15 @@ void visit_neighborhoods(const T& searcher,
     visit_queries<typename T::scalar>(queries.size(), visit, options, [&] {
       return [&](index_t q, auto& found) { searcher.find(queries[q], spec, found); };
     });
+}
+
+export template <NeighborSearcher T, PointsSource P>
+void visit_neighborhoods(const T& searcher, const P& queries, neighborhood_spec spec,
+                         const neighborhood_visitor<typename T::scalar>& visit,
+                         const visit_options& options = {}) {
+  visit_neighborhoods(searcher,
+                      points_view<typename T::scalar, T::static_dimension>{points_in(queries)},
+                      spec, visit, options);
 }
 
 }  // namespace cilantro

@@ -1,0 +1,52 @@
+# An area of cilantro as a library and a package of its own, with what it depends on: cilantro::NAME, which
+# find_package(cilantro COMPONENTS NAME) finds. Interfaces (*.cppm) and units (*.cpp) are those of the folder that calls
+# it, which lies in modules/ or outside the tree.
+#
+#   cilantro_add_component(NAME [FIND "PACKAGE ARGUMENT..."...] [LINK TARGET...])
+#
+# FIND: what find_package is called with, here and wherever the component is found. LINK: the targets of those packages
+# that its units need.
+set_property(GLOBAL PROPERTY CILANTRO_COMPONENT_TEMPLATE ${CMAKE_CURRENT_LIST_DIR}/cilantro-component-config.cmake.in)
+
+function(cilantro_add_component name)
+  cmake_parse_arguments(PARSE_ARGV 1 component "" "" "FIND;LINK")
+  if(component_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "cilantro_add_component(${name}): what is \"${component_UNPARSED_ARGUMENTS}\"? There are FIND and LINK.")
+  endif()
+  include(CMakePackageConfigHelpers)
+  include(GNUInstallDirs)
+  set(cilantro_component ${name})
+  set(cilantro_component_needs "")
+  foreach(package IN LISTS component_FIND)
+    separate_arguments(arguments UNIX_COMMAND "${package}")
+    find_package(${arguments} REQUIRED)
+    string(APPEND cilantro_component_needs "find_dependency(${package})\n")
+  endforeach()
+
+  file(GLOB_RECURSE interfaces CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cppm)
+  file(GLOB_RECURSE units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  add_library(cilantro_${name})
+  add_library(cilantro::${name} ALIAS cilantro_${name})
+  set_target_properties(cilantro_${name} PROPERTIES
+    EXPORT_NAME ${name} CXX_SCAN_FOR_MODULES ON POSITION_INDEPENDENT_CODE ON)
+  # As the library itself: the same bits on every machine.
+  target_compile_options(cilantro_${name} PRIVATE -ffp-contract=off)
+  target_sources(cilantro_${name}
+    PUBLIC FILE_SET CXX_MODULES BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR} FILES ${interfaces}
+    PRIVATE ${units})
+  target_link_libraries(cilantro_${name} PUBLIC cilantro::cilantro PRIVATE ${component_LINK})
+  cilantro_fit_language(cilantro_${name} ${CMAKE_SOURCE_DIR})
+
+  if(CILANTRO_INSTALL)
+    set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/cilantro-${name})
+    install(TARGETS cilantro_${name} EXPORT cilantro-${name}-targets
+      ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${name}
+      LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${name}
+      FILE_SET CXX_MODULES DESTINATION ${CMAKE_INSTALL_LIBDIR}/cilantro/modules/${name} COMPONENT ${name})
+    install(EXPORT cilantro-${name}-targets
+      NAMESPACE cilantro:: DESTINATION ${folder} CXX_MODULES_DIRECTORY modules COMPONENT ${name})
+    get_property(template GLOBAL PROPERTY CILANTRO_COMPONENT_TEMPLATE)
+    configure_package_config_file(${template} cilantro-${name}-config.cmake INSTALL_DESTINATION ${folder})
+    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cilantro-${name}-config.cmake DESTINATION ${folder} COMPONENT ${name})
+  endif()
+endfunction()

@@ -211,7 +211,7 @@ CILANTRO_BENCHMARK(segment_graph);
 void euclidean_parts(benchmark::State& state) {
   double labeled = 0;
   for (auto _ : state) {
-    const auto parts = connected_components(points(), radius{density_radius}, every_neighbor{},
+    const auto parts = connected_components(points(), radius{density_radius}, always_similar{},
                                             {.min_size = segment_min_size});
     benchmark::DoNotOptimize(parts.labels().data());
     labeled = double(points().size() - parts.unlabeled());

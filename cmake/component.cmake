@@ -6,6 +6,12 @@
 #
 # FIND: what find_package is called with, here and wherever the component is found. LINK: the targets of those packages
 # that its units need.
+# Two versions of the library are two libraries with the same names: a component goes with the one it was compiled for.
+if(DEFINED cilantro_VERSION)  # Found.
+  set_property(GLOBAL PROPERTY CILANTRO_VERSION ${cilantro_VERSION})
+else()
+  set_property(GLOBAL PROPERTY CILANTRO_VERSION ${PROJECT_VERSION})
+endif()
 set_property(GLOBAL PROPERTY CILANTRO_COMPONENT_TEMPLATE ${CMAKE_CURRENT_LIST_DIR}/cilantro-component-config.cmake.in)
 
 function(cilantro_add_component name)
@@ -15,6 +21,7 @@ function(cilantro_add_component name)
   endif()
   include(CMakePackageConfigHelpers)
   include(GNUInstallDirs)
+  get_property(cilantro_component_version GLOBAL PROPERTY CILANTRO_VERSION)
   set(cilantro_component ${name})
   set(cilantro_component_needs "")
   foreach(package IN LISTS component_FIND)
@@ -37,6 +44,9 @@ function(cilantro_add_component name)
   target_link_libraries(cilantro_${name} PUBLIC cilantro::cilantro PRIVATE ${component_LINK})
   cilantro_fit_language(cilantro_${name} ${CMAKE_SOURCE_DIR})
 
+  if(NOT DEFINED CILANTRO_INSTALL)
+    set(CILANTRO_INSTALL ${PROJECT_IS_TOP_LEVEL})
+  endif()
   if(CILANTRO_INSTALL)
     set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/cilantro-${name})
     install(TARGETS cilantro_${name} EXPORT cilantro-${name}-targets
@@ -47,6 +57,9 @@ function(cilantro_add_component name)
       NAMESPACE cilantro:: DESTINATION ${folder} CXX_MODULES_DIRECTORY modules COMPONENT ${name})
     get_property(template GLOBAL PROPERTY CILANTRO_COMPONENT_TEMPLATE)
     configure_package_config_file(${template} cilantro-${name}-config.cmake INSTALL_DESTINATION ${folder})
-    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cilantro-${name}-config.cmake DESTINATION ${folder} COMPONENT ${name})
+    get_property(version GLOBAL PROPERTY CILANTRO_VERSION)
+    write_basic_package_version_file(cilantro-${name}-config-version.cmake VERSION ${version} COMPATIBILITY ExactVersion)
+    install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cilantro-${name}-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cilantro-${name}-config-version.cmake
+      DESTINATION ${folder} COMPONENT ${name})
   endif()
 endfunction()

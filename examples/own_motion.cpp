@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A motion of your own: rotation, translation and one scale, for a scan in unknown units. With a
-// `Parameterization`, every metric and every searcher works for it.
+// `MotionModel`, every metric and every searcher works for it.
 #include <cmath>
 #include <iostream>
 
@@ -26,10 +26,10 @@ struct similarity_motion {
     return rigid;
   }
 };
-static_assert(Parameterization<similarity_motion>);
+static_assert(MotionModel<similarity_motion>);
 
 int main() {
-  const auto violations = check_parameterization(similarity_motion{}, 3);
+  const auto violations = check_motion_model(similarity_motion{}, 3);
   for (const auto& violation : violations) std::cout << violation << '\n';
 
   const auto frame = simulate(0, {.width = 320, .height = 240});

@@ -23,7 +23,7 @@ int main() {
   Eigen::Matrix3Xd board(3, 101 * 21);
   for (index_t i = 0; i < board.cols(); ++i)
     board.col(i) << 0.01 * double(i % 101), 0.01 * double(i / 101), 0;
-  const auto sagged = moved_points(sagging_board{0.03}, as_points(board));
+  const auto sagged = moved_points(sagging_board{0.03}, board);
   for (const auto& sentence : check_point_map(sagging_board{0.03}, board))
     std::cout << sentence << '\n';
 

@@ -53,7 +53,7 @@ int main() {
   const auto violations =
       check_transform_estimator(estimator, Eigen::Isometry3d::Identity(), pairs);
   for (const auto& violation : violations) std::cout << violation << '\n';
-  const oracle_searcher searcher{source, target, pairs};
+  const known_pairs_searcher searcher{source, target, pairs};
   const auto found = icp(searcher, estimator, Eigen::Isometry3d::Identity(), {});
   const auto mean = icp(searcher, point_to_point_estimator{source, target});
   const auto error = [&](const auto& result) {

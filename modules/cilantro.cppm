@@ -5,6 +5,7 @@ export module cilantro;
 
 export import cilantro.eigen;
 export import cilantro.core;
+export import cilantro.numeric;
 export import cilantro.search;
 export import cilantro.geometry;
 export import cilantro.cloud;

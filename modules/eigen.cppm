@@ -96,6 +96,11 @@ using Eigen::Triplet;
 using Eigen::umeyama;
 using Eigen::VectorBlock;
 
+using Eigen::Scaling;
+using Eigen::seq;
+using Eigen::seqN;
+using Eigen::UniformScaling;
+
 using Eigen::Affine;
 using Eigen::AffineCompact;
 using Eigen::Aligned;

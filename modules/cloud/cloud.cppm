@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.cloud: points with what belongs to them, pipelines of steps, and files.
+// cilantro.cloud: points with what belongs to them, and pipelines of steps.
 export module cilantro.cloud;
 
 export import cilantro.core;
@@ -9,6 +9,8 @@ export import cilantro.geometry;
 export import :attribute;
 export import :point_cloud;
 export import :filters;
+export import :combine;
+export import :estimate;
 export import :depth_cloud;
 export import :pipeline;
 export import :steps;

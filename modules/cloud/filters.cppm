@@ -1,15 +1,38 @@
 // SPDX-License-Identifier: MIT
 //
 // Fewer points of a cloud, with all that belongs to them.
+module;
+#include "core/closed_spaces.hpp"
 export module cilantro.cloud:filters;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;
+import :attribute;
 import :point_cloud;
 
 namespace cilantro {
+
+template <Scalar S, int D>
+point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices);
+template <Scalar S, int D>
+std::vector<std::int32_t> finite_columns(points_view<S, D> all);
+
+template <Scalar S, int D>
+point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::int32_t> indices) {
+  constexpr int C = closed_dimension<D>;
+  point_cloud<S, D> selected;
+  selected.points = gather_columns<S, C>(as_points(cloud.points), indices);
+  if (cloud.has_normals())
+    selected.normals = gather_columns<S, C>(as_points(cloud.normals), indices);
+  if (cloud.has_colors())
+    selected.colors = gather_columns<float, 3>(as_points(cloud.colors), indices);
+  for (const auto& a : cloud.attributes) selected.attributes.push_back(select(a, indices));
+  selected.comments = cloud.comments;
+  selected.origin = cloud.origin;
+  return selected;
+}
 
 /// Which points of a cloud are meant: those with some indices, those of a mask, which has one truth
 /// value per point (bool, or a byte such as in `dbscan_result::is_core`), or those whose index
@@ -140,5 +163,10 @@ export template <Scalar S, int D>
   expect_consistent(cloud, "farthest_point_sample");
   return keep(cloud, farthest_point_sample(cloud.points, count, options), removed);
 }
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D) \
+  extern template point_cloud<S, D> gather(const point_cloud<S, D>&, std::span<const std::int32_t>);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
 
 }  // namespace cilantro

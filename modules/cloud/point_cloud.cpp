@@ -47,37 +47,10 @@ void expect_consistent(index_t points, index_t normals, index_t colors,
                         std::string{*twice} + '"'};
 }
 
-template <Scalar S, int D>
-point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices) {
-  point_matrix<S, D> selected(all.dimension(), std::ssize(indices));
-  for (index_t i = 0; i < selected.cols(); ++i)
-    selected.col(i) = all[indices[static_cast<std::size_t>(i)]];
-  return selected;
-}
-
-template <Scalar S, int D>
-std::vector<std::int32_t> finite_columns(points_view<S, D> all) {
-  std::vector<std::int32_t> finite;
-  finite.reserve(static_cast<std::size_t>(all.size()));
-  for (index_t i = 0; i < all.size(); ++i)
-    if (is_finite(all[i])) finite.push_back(static_cast<std::int32_t>(i));
-  return finite;
-}
-
-#define CILANTRO_INSTANTIATE(S, D)                                                            \
-  template point_matrix<S, D> gather_columns<S, D>(points_view<S, D>,                         \
-                                                   std::span<const std::int32_t>);            \
-  template std::vector<std::int32_t> finite_columns<S, D>(points_view<S, D>);                 \
-  template struct point_cloud<S, D>;                                                          \
-  template bool operator==(const point_cloud<S, D>&, const point_cloud<S, D>&);               \
-  template void expect_consistent(const point_cloud<S, D>&, const char*);                     \
-  template point_cloud<S, D> gather(const point_cloud<S, D>&, std::span<const std::int32_t>); \
-  template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);             \
-  template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,           \
-                                              const normals_options&);                        \
-  template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&,    \
-                                              const voxel_downsample_options&);               \
-  template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
+#define CILANTRO_INSTANTIATE(S, D)                                              \
+  template struct point_cloud<S, D>;                                            \
+  template bool operator==(const point_cloud<S, D>&, const point_cloud<S, D>&); \
+  template void expect_consistent(const point_cloud<S, D>&, const char*);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -7,6 +7,8 @@ import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;
+import :combine;
+import :estimate;
 import :filters;
 import :pipeline;
 import :point_cloud;
@@ -60,6 +62,12 @@ export template <AffineMap T>
   return step{[by]<PointCloud C>(C&& cloud) { return transform(std::forward<C>(cloud), by); }};
 }
 
+export template <class M>
+  requires(M::RowsAtCompileTime == M::ColsAtCompileTime && M::RowsAtCompileTime >= 2)
+[[nodiscard]] auto transform(const Eigen::MatrixBase<M>& homogeneous) {
+  return transform(transform_of(homogeneous));
+}
+
 /// Keeps the chosen points: by indices, a mask or a predicate.
 export template <class Which>
   requires PointChoice<const Which&>
@@ -77,8 +85,8 @@ export template <class Which>
 /// Appends `second` to the cloud.
 export template <Scalar S, int D>
 [[nodiscard]] auto append(point_cloud<S, D> second) {
-  return step{[second = std::move(second)]<PointCloud C>(C&& cloud) {
-    return append(std::forward<C>(cloud), second);
+  return step{[second = std::move(second)](point_cloud<S, D> cloud) {
+    return append(std::move(cloud), second);
   }};
 }
 

@@ -31,8 +31,8 @@ export class clusters {
     const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(c) + 1]);
     return std::span{members_}.subspan(begin, end - begin);
   }
-  [[nodiscard]] auto begin() const { return indexed_iterator{row{this}, 0}; }
-  [[nodiscard]] auto end() const { return indexed_iterator{row{this}, size()}; }
+  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
+  [[nodiscard]] auto end() const { return indexed_iterator{indexed_rows{this}, size()}; }
 
   /// For each point the number of its cluster, or `none`.
   [[nodiscard]] std::span<const label> labels() const { return labels_; }
@@ -45,11 +45,6 @@ export class clusters {
   friend bool operator==(const clusters& a, const clusters& b) { return a.labels_ == b.labels_; }
 
  private:
-  struct row {
-    const clusters* all = nullptr;
-    std::span<const std::int32_t> operator[](index_t c) const { return (*all)[c]; }
-  };
-
   std::vector<label> labels_;
   std::vector<index_t> offsets_;
   std::vector<std::int32_t> members_;

@@ -8,6 +8,8 @@ module;
 #include <vector>
 module cilantro.clustering;
 
+import cilantro.numeric;
+
 namespace cilantro {
 
 void expect_sensible(const components_options& options, index_t size) {

@@ -3,13 +3,14 @@ export module cilantro.clustering:connected_components;
 
 import cilantro.standard;
 import cilantro.core;
+import cilantro.numeric;
 import cilantro.search;
 import :clusters;
 
 namespace cilantro {
 
 /// Any two neighbours belong together: components are then what distance alone connects.
-export struct every_neighbor {
+export struct always_similar {
   template <Scalar S>
   bool operator()(index_t, index_t, S) const {
     return true;
@@ -47,7 +48,7 @@ void join_similar(disjoint_sets& sets, index_t i, const Near& near, const F& sim
 /// of neighbours, in either direction, that are similar. A node without a similar neighbour is a
 /// component of its own. The same for any number of threads. O(E) time and O(N) memory.
 /// Throws `invalid_input` for a neighbour that is no node; `cancelled`.
-export template <Scalar S, SimilarityFunction<S> F = every_neighbor>
+export template <Scalar S, SimilarityFunction<S> F = always_similar>
 [[nodiscard]] clusters connected_components(const neighborhoods<S>& graph, const F& similar = {},
                                             const components_options& options = {}) {
   expect_sensible(options, graph.size());
@@ -91,7 +92,7 @@ template <NeighborSearcher T, SimilarityFunction<typename T::scalar> F>
 /// Points that are not finite are in no component. Throws `invalid_input` unless the searcher can
 /// be that of the points.
 export template <NeighborSearcher T, PointsSource P,
-                 SimilarityFunction<typename T::scalar> F = every_neighbor>
+                 SimilarityFunction<typename T::scalar> F = always_similar>
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,
                                             neighborhood_spec spec, const F& similar = {},
                                             const components_options& options = {}) {
@@ -104,7 +105,7 @@ export template <NeighborSearcher T, PointsSource P,
 }
 
 /// As above, through a kd-tree.
-export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = every_neighbor>
+export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = always_similar>
 [[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
                                             const F& similar = {},
                                             const components_options& options = {}) {

@@ -9,6 +9,8 @@ module;
 #include <vector>
 module cilantro.clustering;
 
+import cilantro.numeric;
+
 namespace cilantro {
 namespace {
 

@@ -28,7 +28,7 @@ merged_modes<S, D> merge_modes(points_view<S, D> places, std::span<const double>
     }
   climbed.conservativeResize(climbed.rows(), std::ssize(found));
   const auto near =
-      connected_components(climbed, radius{distance}, every_neighbor{}, {.threads = threads});
+      connected_components(climbed, radius{distance}, always_similar{}, {.threads = threads});
 
   merged_modes<S, D> merged;
   merged.reached.assign(static_cast<std::size_t>(places.size()), clusters::none);

@@ -10,6 +10,8 @@ module;
 #include <vector>
 module cilantro.clustering;
 
+import cilantro.numeric;
+
 namespace cilantro {
 namespace {
 

@@ -3,6 +3,7 @@ export module cilantro.clustering:spectral;
 
 import cilantro.standard;
 import cilantro.core;
+import cilantro.numeric;
 import cilantro.search;
 import :clusters;
 

@@ -2,6 +2,7 @@
 module;
 #include <array>
 #include <charconv>
+#include <limits>
 #include <string>
 module cilantro.core;
 
@@ -19,6 +20,9 @@ void expect_from(double least, double value, const char* what) {
 }
 
 void expect_between(double least, double value, double most, const char* what) {
+  if (most == std::numeric_limits<double>::max() && !(least <= value && value <= most))
+    throw invalid_input{std::string{what} + " must be " + in_digits(least) +
+                        " or more and finite, and is " + in_digits(value)};
   if (!(least <= value && value <= most))
     throw invalid_input{std::string{what} + " must be from " + in_digits(least) + " to " +
                         in_digits(most) + ", and is " + in_digits(value)};

@@ -61,4 +61,13 @@ class indexed_iterator {
   difference_type i_ = 0;
 };
 
+/// What an `indexed_iterator` keeps to walk over the rows of an object that stays where it is.
+export template <class Rows>
+struct indexed_rows {
+  const Rows* all = nullptr;
+  auto operator[](std::ptrdiff_t i) const { return (*all)[i]; }
+};
+template <class Rows>
+indexed_rows(const Rows*) -> indexed_rows<Rows>;
+
 }  // namespace cilantro

@@ -7,8 +7,10 @@ import cilantro.standard;
 import cilantro.eigen;
 import :error;
 import :execution;
+import :oriented_points;
 import :parallel;
 import :points;
+import :sizes;
 import :transform;
 
 namespace cilantro {
@@ -35,60 +37,81 @@ concept NormalMap =
       { map.normal(i, n) } -> std::convertible_to<point_vector<typename M::Scalar, D>>;
     });
 
-/// Where `map` moves point i, which lies at p.
+/// Where `map` moves point i, which lies at p: nowhere, as NaN, if p is not finite. Throws
+/// `invalid_input` if a map gives a point of another dimension.
 export template <class M, class P, int D = P::RowsAtCompileTime>
   requires PointMap<M, D>
 [[nodiscard]] point_vector<typename M::Scalar, D> moved_point(const M& map, index_t i,
                                                               const Eigen::MatrixBase<P>& p) {
-  if constexpr (AffineMap<M>)
+  if constexpr (AffineMap<M>) {
     return map.linear() * p + map.translation();
-  else
-    return map(i, p.derived());
+  } else {
+    using S = typename M::Scalar;
+    if (!is_finite(p))
+      return point_vector<S, D>::Constant(p.size(), std::numeric_limits<S>::quiet_NaN());
+    point_vector<S, D> moved = map(i, p.derived());
+    if constexpr (D == dynamic) expect_coordinates(moved.size(), p.size());
+    return moved;
+  }
 }
 
 /// A function `f(i, n)`: where `map` turns the normal n of point i, of any length. Normals of a
-/// surface move by the inverse transpose of what moves its points; the function keeps `map` by
-/// reference. Throws `invalid_input` for an affine map that cannot be inverted.
+/// surface move by the inverse transpose of what moves its points. A field is kept by reference,
+/// and an affine map is not. Throws `invalid_input` for one that cannot be inverted.
 export template <int D, class M>
   requires NormalMap<M, D>
 [[nodiscard]] auto normals_moved_by(const M& map) {
   using S = typename M::Scalar;
   using vector = point_vector<S, D>;
-  if constexpr (RigidMap<M>)
-    return [&map](index_t, const vector& n) -> vector { return map.linear() * n; };
-  else if constexpr (AffineMap<M>)
-    return [turn = Eigen::Matrix<S, D, D>{
-                checked_inverse(map.linear().template cast<double>(),
-                                "normals_moved_by: the transform must be finite and invertible")
-                    .transpose()
-                    .template cast<S>()}](index_t, const vector& n) -> vector { return turn * n; };
-  else
+  if constexpr (AffineMap<M>) {
+    Eigen::Matrix<S, D, D> turn = map.linear();
+    if constexpr (!RigidMap<M>)
+      turn = checked_inverse(map.linear().template cast<double>(),
+                             "normals_moved_by: the transform must be finite and invertible")
+                 .transpose()
+                 .template cast<S>();
+    return [turn](index_t, const vector& n) -> vector { return turn * n; };
+  } else {
     return [&map](index_t i, const vector& n) -> vector { return map.normal(i, n); };
+  }
 }
+template <int D, class M>
+  requires NormalMap<M, D> && (!AffineMap<M>)
+void normals_moved_by(const M&& map) = delete;
 
 /// Throws `invalid_input`, naming the function `who`, for a map of another dimension than the
 /// points, or of another number of them.
 export template <Scalar S, int D, class M>
   requires PointMap<M, D>
 void expect_moves(const M& map, points_view<S, D> points, const char* who) {
-  if constexpr (AffineMap<M>)
+  if constexpr (AffineMap<M>) {
     expects(points.empty() || index_t(map.translation().size()) == points.dimension(),
             std::string{who} + ": transform and points must have the same dimension");
-  else if constexpr (requires { index_t(map.size()); })
-    expects(index_t(map.size()) == points.size(),
-            std::string{who} + ": the map moves " + std::to_string(index_t(map.size())) +
-                " points, and there are " + std::to_string(points.size()));
+  } else {
+    // Eigen converts vectors of any size into fixed ones, so that types do not tell.
+    using moved = std::remove_cvref_t<decltype(map(index_t{}, points[index_t{}]))>;
+    if constexpr (D == dynamic && EigenMatrix<moved>)
+      expects(points.empty() || moved::RowsAtCompileTime == dynamic ||
+                  index_t(moved::RowsAtCompileTime) == points.dimension(),
+              std::string{who} + ": the map moves points of " +
+                  std::to_string(int(moved::RowsAtCompileTime)) + " coordinates, and these have " +
+                  std::to_string(points.dimension()));
+    if constexpr (requires { index_t(map.size()); })
+      expects(index_t(map.size()) == points.size(),
+              std::string{who} + ": the map moves " + std::to_string(index_t(map.size())) +
+                  " points, and there are " + std::to_string(points.size()));
+  }
 }
 
 /// All points where `map` moves them. Throws `invalid_input` as `expect_moves` does.
-export template <Scalar S, int D, class M>
-  requires PointMap<M, D> && std::same_as<typename M::Scalar, S>
-[[nodiscard]] point_matrix<S, D> moved_points(const M& map, points_view<S, D> points,
-                                              const execution& how = {}) {
-  expect_moves(map, points, "moved_points");
-  point_matrix<S, D> moved(points.dimension(), points.size());
-  parallel_for(points.size(), how,
-               [&](index_t i) { moved.col(i) = moved_point(map, i, points[i]); });
+export template <PointsSource P, class M>
+  requires PointMap<M, dimension_of<P>> && std::same_as<typename M::Scalar, scalar_of<P>>
+[[nodiscard]] auto moved_points(const M& map, const P& points, const execution& how = {}) {
+  expect_local(points, "moved_points");
+  const auto view = points_in(points);
+  expect_moves(map, view, "moved_points");
+  point_matrix<scalar_of<P>, dimension_of<P>> moved(view.dimension(), view.size());
+  parallel_for(view.size(), how, [&](index_t i) { moved.col(i) = moved_point(map, i, view[i]); });
   return moved;
 }
 

@@ -115,10 +115,10 @@ class points_view {
 ///       static points_view<float, 3> view(const my_scan& s) { return {s.xyz, s.count, 4}; }
 ///     };
 ///
-/// The view must look at the argument's own storage, not at a copy. Two more are used where they
+/// The view must look at the argument's own storage, not at a copy. Three more are used where they
 /// are there: `normals(s)`, a view of one normal a point, of unit length or zero if unknown, or of
-/// none at all; and `origin(s)`, a vector in double that is added to all points to have them in the
-/// world.
+/// none at all; `colors(s)`, a `points_view<float, 3>` of one colour a point, or of none; and
+/// `origin(s)`, a vector in double that is added to all points to have them in the world.
 export template <class T>
 struct points_traits;
 

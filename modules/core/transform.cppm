@@ -149,8 +149,9 @@ struct affine_parts {
 /// Source: Umeyama 1991, "Least-squares estimation of transformation parameters", lemma.
 export [[nodiscard]] Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear);
 
-/// Throws `invalid_input` if there is none.
-Eigen::MatrixXd checked_inverse(const Eigen::MatrixXd& linear, const char* what);
+/// The inverse of a square matrix. Throws `invalid_input`, with the words `what`, if there is none.
+export [[nodiscard]] Eigen::MatrixXd checked_inverse(const Eigen::MatrixXd& linear,
+                                                     const char* what);
 
 template <Scalar S, int Mode>
 run_time_transform<S, Mode> run_time_transform<S, Mode>::inverse() const {

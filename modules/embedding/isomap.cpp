@@ -6,6 +6,8 @@ module;
 #include <vector>
 module cilantro.embedding;
 
+import cilantro.numeric;
+
 namespace cilantro {
 namespace {
 

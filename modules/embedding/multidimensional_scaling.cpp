@@ -6,6 +6,8 @@ module;
 #include <utility>
 module cilantro.embedding;
 
+import cilantro.numeric;
+
 namespace cilantro {
 namespace {
 

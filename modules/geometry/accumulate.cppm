@@ -4,6 +4,7 @@ export module cilantro.geometry:accumulate;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
+import :groups;
 import :voxel_grid;
 
 namespace cilantro {

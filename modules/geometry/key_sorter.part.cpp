@@ -15,6 +15,7 @@ module cilantro.geometry:key_sorter;
 
 import cilantro.core;
 import cilantro.search;
+import :groups;
 import :voxel_grid;
 
 namespace cilantro {

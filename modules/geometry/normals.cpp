@@ -2,6 +2,7 @@
 module;
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -9,6 +10,7 @@ module;
 #include <numbers>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/closed_spaces.hpp"
@@ -283,9 +285,18 @@ normals_result<S, D> fit_planes(points_view<S, D> points, const Near& near,
 
 }  // namespace
 
+/// Throws `invalid_input` for neighbourhoods that no normal can come of.
+void expect_enough(const neighborhood_spec& spec, index_t dimension) {
+  expects(spec.max_count() >= dimension,
+          "estimate_normals: a normal in " + std::to_string(dimension) + " dimensions needs " +
+              std::to_string(dimension) + " neighbours, and there are " +
+              std::to_string(spec.max_count()) + " at most");
+}
+
 template <Scalar S, int D>
 normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
                                     const normals_options& options) {
+  expect_enough(spec, points.dimension());
   // Sums have no order that matters, and a third of the time would be spent on one.
   return fit_planes(points, spec, options, false,
                     [&](const auto& block, auto& out) { fit_block(points, block, out); });
@@ -302,6 +313,7 @@ template <Scalar S, int D, class Near>
 normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& near,
                                        const normals_options& options,
                                        const covariance_function<S, D>& estimate) {
+  if constexpr (std::same_as<Near, neighborhood_spec>) expect_enough(near, points.dimension());
   const estimated_fit<S, D> fit{points, estimate};
   return fit_planes(points, near, options, true, [&](const auto& block, auto& out) {
     for (index_t i = 0; i < block.size(); ++i)

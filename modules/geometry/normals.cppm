@@ -56,7 +56,8 @@ void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint
 /// Undetermined, with a zero normal and zero curvature, are points that are not finite, that have
 /// fewer than Dim neighbours, or whose neighbours lie on a line (in general: vary in fewer than
 /// Dim − 1 directions by more than the rounding of their coordinates).
-/// Throws `invalid_input` for a viewpoint of another dimension, or one that is not finite.
+/// Throws `invalid_input` for a viewpoint of another dimension, or one that is not finite, and for
+/// fewer than Dim neighbours, which are never enough.
 /// Builds a kd-tree; O(N (log N + k D²)). The same bits for any number of threads; neighbours
 /// within a radius are added up in the order in which they are found. Memory beside the result: the
 /// tree, and the neighbourhoods of 256 points a thread. Source: Hoppe et al. 1992, section 3.2; the

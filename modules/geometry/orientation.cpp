@@ -11,6 +11,8 @@ module;
 #include "core/closed_spaces.hpp"
 module cilantro.geometry;
 
+import cilantro.numeric;
+
 namespace cilantro {
 namespace {
 

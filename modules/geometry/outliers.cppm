@@ -22,7 +22,7 @@ export struct statistical_outlier_options {
 };
 
 export struct radius_outlier_options {
-  double radius;              ///< In the units of the points.
+  positive radius;            ///< In the units of the points.
   index_t min_neighbors = 2;  ///< Others within the radius that a point needs to stay.
   int threads = 0;
   task_monitor monitor = {};

@@ -4,6 +4,7 @@ export module cilantro.geometry:voxel_grid;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
+import :groups;
 
 namespace cilantro {
 
@@ -32,21 +33,6 @@ export class voxel_size {
 
  private:
   coordinates edges_;
-};
-
-/// Some of the points 0 to N − 1, sorted into groups: the members of group g are the entries
-/// `offsets[g]` to `offsets[g + 1]` of `members`, ascending.
-export struct point_groups {
-  std::vector<index_t> offsets = {0};
-  buffer<std::int32_t> members;
-
-  [[nodiscard]] index_t size() const { return std::ssize(offsets) - 1; }
-  /// The members of group `g`. Precondition: 0 <= g < size().
-  [[nodiscard]] std::span<const std::int32_t> operator[](index_t g) const {
-    const auto begin = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g)]);
-    const auto end = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g) + 1]);
-    return std::span{members}.subspan(begin, end - begin);
-  }
 };
 
 /// Where the cells of a grid lie: cell c reaches from origin + c · edges to origin + (c + 1) ·
@@ -123,6 +109,9 @@ class voxel_grid {
 
   /// The number of occupied cells.
   [[nodiscard]] index_t size() const { return groups_.size(); }
+  /// A range of what `operator[]` gives, one a cell.
+  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
+  [[nodiscard]] auto end() const { return begin() + size(); }
   /// The indices of the points in cell number `c`, ascending.
   [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const { return groups_[c]; }
   [[nodiscard]] const point_groups& groups() const { return groups_; }
@@ -182,31 +171,5 @@ class voxel_grid {
 export template <PointsSource P>
 voxel_grid(P&&, const voxel_size&, const voxel_options& = {})
     -> voxel_grid<scalar_of<P>, dimension_of<P>>;
-
-template <Scalar S, int D>
-point_matrix<S, D> closed_group_means(points_view<S, D> values, const point_groups& groups,
-                                      const execution& how);
-template <Scalar S, int D>
-point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const point_groups& groups,
-                                           const execution& how);
-
-/// The mean of each group of columns, `Dim × groups`. Columns that are not finite do not count; a
-/// group of only such columns gets NaN. Summed in double and in the order of the points.
-export template <PointsSource P>
-[[nodiscard]] auto group_means(const P& values, const point_groups& groups,
-                               const execution& how = {}) {
-  return point_matrix<scalar_of<P>, dimension_of<P>>(
-      closed_group_means(closed_points(values), groups, how));
-}
-
-/// The mean direction of each group of unit vectors, `Dim × groups`, at unit length. Directions are
-/// turned to the side of the first one of their group before they are added, since normals of one
-/// surface may be oriented either way. Zero where no direction is known, or where they cancel.
-export template <PointwiseVectors P>
-[[nodiscard]] auto group_directions(const P& directions, const point_groups& groups,
-                                    const execution& how = {}) {
-  return point_matrix<scalar_of<P>, dimension_of<P>>(
-      closed_group_directions(closed_points(directions), groups, how));
-}
 
 }  // namespace cilantro

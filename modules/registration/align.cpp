@@ -41,9 +41,18 @@ icp_result<T> align_scales(
         make_estimator) {
   const std::vector<align_scale> scales =
       options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
-  for (const auto& scale : scales)
-    expect_between(0, scale.voxel, std::numeric_limits<double>::max(),
+  expects(options.scales.empty() || options.max_distance == std::numeric_limits<double>::infinity(),
+          "align: there are .scales, which have a max_distance each, and .max_distance");
+  for (std::size_t k = 0; k < scales.size(); ++k) {
+    expect_between(0, scales[k].voxel, std::numeric_limits<double>::max(),
                    "align: the voxel of a scale");
+    expect_from(0, scales[k].max_distance, "align: the max_distance of a scale");
+    expects(scales[k].voxel <= scales[k].max_distance,
+            "align: the voxel of a scale is larger than its max_distance");
+    expects(k == 0 || (scales[k].voxel <= scales[k - 1].voxel &&
+                       scales[k].max_distance <= scales[k - 1].max_distance),
+            "align: scales must go from coarse to fine");
+  }
   icp_result<T> result;
   result.transform = initial;
   int iterations = 0;

@@ -22,7 +22,9 @@ namespace cilantro {
 
 /// One pass of a registration from coarse to fine.
 export struct align_scale {
-  double voxel;         ///< Both sets are reduced to one point a cell of this edge; 0: as they are.
+  /// Both sets are reduced to one point a cell of this edge; 0: as they are. At most
+  /// `max_distance`.
+  double voxel;
   double max_distance;  ///< Between the points of a pair.
 };
 
@@ -40,7 +42,7 @@ struct align_options {
   double max_distance = std::numeric_limits<double>::infinity();
   int max_iterations = 30;  ///< In each scale.
   double tolerance = 1e-5;  ///< In radians, and in the units of the points; see `icp_options`.
-  /// From coarse to fine, each starting from the result of the one before, in place of
+  /// From coarse to fine, each starting from the result of the one before; with these, no
   /// `max_distance`.
   std::vector<align_scale> scales = {};
   neighborhood_spec normals = knn{10};  ///< For normals that the metric needs and nobody has.
@@ -105,7 +107,7 @@ template <Scalar S, int D, class T>
         make_estimator);
 
 /// The estimator that `align` uses for a metric.
-template <Parameterization Model, Scalar S, int D, class Metric>
+template <MotionModel Model, Scalar S, int D, class Metric>
 [[nodiscard]] auto make_estimator(const oriented_points_view<S, D>& source,
                                   const oriented_points_view<S, D>& target, const Metric& metric,
                                   const truncated_solver& solver, const execution& how) {
@@ -126,7 +128,7 @@ template <Parameterization Model, Scalar S, int D, class Metric>
 }
 
 /// With any metric; see `align` below.
-template <Parameterization Model, Scalar S, int D, class Metric>
+template <MotionModel Model, Scalar S, int D, class Metric>
 [[nodiscard]] auto align_with(const align_input<S, D>& source, const align_input<S, D>& target,
                               const Metric& metric,
                               const typename Model::template transform<S, D>& initial,
@@ -154,7 +156,7 @@ template <class A, class B>
 }
 
 /// With the metric and the kernel of the options. Compiled in the library for the shipped motions.
-template <Parameterization Model, Scalar S, int D>
+template <MotionModel Model, Scalar S, int D>
 [[nodiscard]] auto align_by_options(
     const align_input<S, D>& source, const align_input<S, D>& target,
     const typename Model::template transform<S, D>& initial,
@@ -187,7 +189,7 @@ template <PointsSource A, PointsSource B>
 }
 
 /// Between the types of the caller and those that the library is compiled for.
-template <Parameterization Model, PointsSource A, PointsSource B, class F>
+template <MotionModel Model, PointsSource A, PointsSource B, class F>
 [[nodiscard]] auto align_any(
     const A& source, const B& target,
     const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>& o,
@@ -252,7 +254,7 @@ template <Parameterization Model, PointsSource A, PointsSource B, class F>
 /// the last scale, `iterations` counts all. Points that are not finite take no part. Throws
 /// `invalid_input` for options that make no sense, and points of different dimension. Bad data is
 /// no exception: its status says what is wrong.
-export template <Parameterization Model = rigid_motion, PointsSource A, PointsSource B>
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] auto align(
     const A& source, const B& target,
@@ -264,11 +266,20 @@ export template <Parameterization Model = rigid_motion, PointsSource A, PointsSo
         return align_by_options<Model>(moving, onto, initial, o);
       });
 }
+/// Points of two scalars or dimensions.
+export template <class Model = rigid_motion, PointsSource A, PointsSource B, class... More>
+  requires(!std::same_as<points_view_of<A>, points_view_of<B>>)
+void align(const A&, const B&, More&&...) {
+  static_assert(
+      std::same_as<points_view_of<A>, points_view_of<B>>,
+      "align: source and target must have the same scalar and dimension; cast one of them, "
+      "as by cast<double>(cloud)");
+}
+
 /// With a metric of yours, or any composition, in place of that of the options. Throws
 /// `invalid_input` if the options name one, too, or a kernel: `weighted_term{metric, 1, {},
 /// kernel}` gives the metric one.
-export template <Parameterization Model = rigid_motion, PointsSource A, PointsSource B,
-                 class Metric>
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B, class Metric>
   requires std::same_as<points_view_of<A>, points_view_of<B>> &&
            RegistrationMetric<Metric, closed_dimension<dimension_of<A>>>
 [[nodiscard]] auto align(
@@ -288,7 +299,7 @@ export template <Parameterization Model = rigid_motion, PointsSource A, PointsSo
 }
 
 /// The figures of `align` for any transform: how well the source lies on the target under it.
-export template <Parameterization Model = rigid_motion, PointsSource A, PointsSource B>
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] alignment_fit evaluate(
     const A& source, const B& target,

@@ -88,7 +88,7 @@ using pairs_of = typename pairs_of_searcher<Searcher, typename T::Scalar>::type;
 /// type `memory`, default-constructible, and `find(transform, memory, pairs)` with the same result,
 /// which may use what an earlier call has left in `memory` to be faster.
 /// Models: `nearest_neighbor_searcher`, `feature_searcher`, `projective_searcher`,
-/// `oracle_searcher`, `combined_searcher`; `check_correspondence_searcher` tests yours.
+/// `known_pairs_searcher`, `combined_searcher`; `check_correspondence_searcher` tests yours.
 export template <class S, class T>
 concept CorrespondenceSearcher =
     requires(const S& searcher, const T& transform, pairs_of<S, T>& pairs) {
@@ -128,7 +128,7 @@ void find_with_memory(const S& searcher, const T& transform, repeated_memory<S>&
 /// `current`, and the fit of `current`. What the pairs do not determine stays as it is in
 /// `current`, and is counted in `fit.undetermined`; never is an answer made up. It depends on
 /// nothing but its arguments and is const. The transform may be any `PointMap`, also a field of
-/// many transforms: `match` and `weighted_rows` give the shipped metrics under those.
+/// many transforms: `pair_matcher` and `weighted_rows` give the shipped metrics under those.
 /// Models: `point_to_point_estimator`, `least_squares_estimator`; `check_transform_estimator` tests
 /// yours.
 export template <class E, class Pairs>

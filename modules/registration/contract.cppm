@@ -68,6 +68,26 @@ export template <class S, PointsSource A, PointsSource B, class T>
   return violations.take();
 }
 
+/// Whether two maps of D dimensions, which may be of none, move the same.
+template <int D, class M>
+[[nodiscard]] bool moves_alike(const M& a, const M& b) {
+  // What is converted to another number of coordinates is no map of them.
+  if constexpr (requires(index_t i, const point_vector<typename M::Scalar, D>& p) {
+                  requires std::remove_cvref_t<decltype(a(i, p))>::RowsAtCompileTime == D;
+                }) {
+    index_t points = 8;
+    if constexpr (requires { index_t(a.size()); }) {
+      if (index_t(a.size()) != index_t(b.size())) return false;
+      points = index_t(a.size());
+    }
+    for (index_t i = 0; i < points; ++i) {
+      const auto p = point_vector<typename M::Scalar, D>::LinSpaced(0.25, 1).eval();
+      if (moved_point(a, i, p) != moved_point(b, i, p)) return false;
+    }
+  }
+  return true;
+}
+
 /// Tests an estimator of yours on a transform and pairs: repeatable, nothing made up without pairs,
 /// and figures that make sense.
 export template <class E, class Pairs>
@@ -78,8 +98,12 @@ export template <class E, class Pairs>
   const auto same = [](const auto& a, const auto& b) {
     if constexpr (AffineMap<typename E::transform_type>)
       return a.linear() == b.linear() && a.translation() == b.translation();
+    else if constexpr (requires {
+                         { a == b } -> std::convertible_to<bool>;
+                       })
+      return static_cast<bool>(a == b);
     else
-      return true;
+      return moves_alike<2>(a, b) && moves_alike<3>(a, b);
   };
   const auto first = estimator.estimate(transform, pairs);
   const auto second = estimator.estimate(transform, pairs);
@@ -153,9 +177,9 @@ export template <int D, ResidualTerm<D> Term>
 
 /// Tests a model of motion of yours in `dimension` dimensions: velocities linear in the unknowns
 /// and affine in the point, steps that have them, and every translation among the motions.
-export template <Parameterization P>
-[[nodiscard]] std::vector<std::string> check_parameterization(
-    const P& model, index_t dimension, const contract_options& options = {}) {
+export template <MotionModel P>
+[[nodiscard]] std::vector<std::string> check_motion_model(const P& model, index_t dimension,
+                                                          const contract_options& options = {}) {
   violation_list violations;
   const index_t u = P::unknowns(dimension);
   const auto close = [](const auto& a, const auto& b, double tolerance) {
@@ -214,11 +238,15 @@ export template <PointsSource P, PointMap<dimension_of<P>> M>
   violation_list violations;
   const auto view = points_in(points);
   const index_t d = view.dimension();
-  if constexpr (!AffineMap<M> && requires { index_t(map.size()); })
-    if (index_t(map.size()) != view.size()) {
-      violations.expect(false, "size() is not the number of points");
-      return violations.take();
-    }
+  try {
+    expect_moves(map, view, "check_point_map");
+    if constexpr (NormalMap<M, D>) (void)normals_moved_by<D>(map);
+  } catch (const invalid_input& error) {
+    return {error.what()};
+  }
+  S extent = 0;
+  for (const auto& p : view)
+    if (is_finite(p)) extent = std::max(extent, S(p.norm()));
   for (index_t q = 0; q < options.queries && !view.empty(); ++q) {
     random_stream random{options.seed, static_cast<std::uint64_t>(q)};
     const index_t i = random.below(view.size());
@@ -227,7 +255,9 @@ export template <PointsSource P, PointMap<dimension_of<P>> M>
     violations.expect(moved == moved_point(map, i, p) || !is_finite(moved),
                       "two calls for the same differ");
     if constexpr (NormalMap<M, D>) {
-      const S h = std::cbrt(std::numeric_limits<S>::epsilon()) * std::max(S(1), p.norm());
+      // As small as rounding of where points are, and where they come to lie, lets it be.
+      const S h = std::cbrt(std::numeric_limits<S>::epsilon()) *
+                  std::max(extent > 0 ? extent : S(1), S(moved.norm()));
       Eigen::MatrixXd jacobian(d, d);
       for (index_t k = 0; k < d; ++k) {
         const vector step = h * vector::Unit(d, k);

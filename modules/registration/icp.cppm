@@ -9,7 +9,7 @@ namespace cilantro {
 
 /// Why a registration ended.
 export enum class icp_status {
-  converged,        ///< The tolerance was met, and the pairs determine the transform.
+  converged,        ///< The tolerance was met, and the pairs determine enough of the transform.
   iteration_limit,  ///< It was still moving.
   too_few_pairs,    ///< Nothing to go by, such as no overlap.
   degenerate,       ///< The tolerance was met, but along some directions the pairs say nothing.
@@ -39,9 +39,9 @@ struct icp_options {
   /// Also stop once the residual changes by less than this share from one iteration to the next.
   double residual_tolerance = 0;
   index_t min_pairs = 1;  ///< With fewer there is no answer.
-  /// Up to this share of unknowns that no pair determines a result counts as converged. A field of
-  /// transforms always has some, where the target does not show a part of the source.
-  double max_undetermined = AffineMap<T> ? 0 : 1;
+  /// Up to this share of unknowns that no pair determines a result counts as converged: none of a
+  /// transform, any of a field, which has a size, since the target may not show all of the source.
+  double max_undetermined = requires(const T& t) { index_t(t.size()); } ? 1 : 0;
   std::function<void(const icp_iteration<T>&)> observer = {};
   task_monitor monitor = {};
 };
@@ -68,10 +68,10 @@ std::ostream& operator<<(std::ostream& out, const icp_result<T>& result) {
 ///
 /// Works for every transform that searcher and estimator agree on, rigid, affine, or a field of
 /// them. Returns where it has come to and why it stopped there; never claims to have
-/// converged without pairs, or while a direction is not determined, which then stays as it is in
-/// `initial`. Throws `invalid_input` for options that are negative or NaN, and what searcher and
-/// estimator throw, but not `cancelled`. One search more than iterations, since figures are of the
-/// result.
+/// converged without pairs, or while more than `max_undetermined` is not determined, which then
+/// stays as it is in `initial`. Throws `invalid_input` for options that are negative or NaN, and
+/// what searcher and estimator throw, but not `cancelled`. One search more than iterations, since
+/// figures are of the result.
 export template <class Searcher, class E>
   requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
            TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>>

@@ -13,7 +13,7 @@ export import :nearest_neighbor;
 export import :feature_space;
 export import :feature_searcher;
 export import :projective;
-export import :oracle;
+export import :known_pairs;
 export import :combined_searcher;
 export import :motion;
 export import :residual;

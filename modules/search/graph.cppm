@@ -91,7 +91,7 @@ void expect_square(const neighborhoods<S>& graph);
 /// The matrix whose entry (i, j) is `evaluate(i, j, distance)` for each neighbour j of i, and no
 /// other; an entry may be 0 and is stored all the same. Neighbours that come twice count once.
 /// Throws `invalid_input` for a neighbour that is no node, and for 2³¹ entries or more.
-export template <Scalar S, PairEvaluator<S> F>
+export template <Scalar S, PairWeight<S> F>
 [[nodiscard]] graph_matrix<S> pair_matrix(const neighborhoods<S>& graph, const F& evaluate) {
   expect_square(graph);
   expect_sizes(evaluate, graph.size(), graph.size(), "pair_matrix");

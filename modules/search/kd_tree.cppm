@@ -251,6 +251,12 @@ class kd_tree {
             "find_all: queries and points must have the same dimension");
     return engine_->find_all(queries, spec, how);
   }
+  template <PointsSource P>
+    requires std::same_as<points_view_of<P>, points_view<S, D>>
+  [[nodiscard]] neighborhoods<S> find_all(const P& queries, neighborhood_spec spec,
+                                          const execution& how = {}) const {
+    return find_all(points_in(queries), spec, how);
+  }
 
   /// What `visit_neighborhoods` says, which checks its arguments.
   void visit_all(points_view<S, D> queries, neighborhood_spec spec,

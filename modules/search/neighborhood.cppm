@@ -159,8 +159,8 @@ class neighborhoods {
     return {std::span{indices_}.subspan(begin, end - begin),
             std::span{distances_}.subspan(begin, end - begin)};
   }
-  [[nodiscard]] auto begin() const { return indexed_iterator{row{this}, 0}; }
-  [[nodiscard]] auto end() const { return indexed_iterator{row{this}, size()}; }
+  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
+  [[nodiscard]] auto end() const { return indexed_iterator{indexed_rows{this}, size()}; }
 
   /// How many neighbours all queries have together.
   [[nodiscard]] index_t total() const { return offsets_.back(); }
@@ -169,11 +169,6 @@ class neighborhoods {
   [[nodiscard]] std::span<const S> distances() const { return distances_; }
 
  private:
-  struct row {
-    const neighborhoods* all = nullptr;
-    neighborhood<S> operator[](index_t q) const { return (*all)[q]; }
-  };
-
   std::vector<index_t> offsets_;
   buffer<std::int32_t> indices_;
   buffer<S> distances_;
@@ -195,6 +190,9 @@ class neighborhood_block {
         distances_{distances} {}
 
   [[nodiscard]] index_t size() const { return std::ssize(queries_); }
+  /// A range of what `operator[]` gives, one a query.
+  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
+  [[nodiscard]] auto end() const { return begin() + size(); }
   /// Which query the i-th of the block is. Precondition: 0 <= i < size().
   [[nodiscard]] index_t query(index_t i) const { return queries_[static_cast<std::size_t>(i)]; }
   /// Its neighbours. Precondition: 0 <= i < size().

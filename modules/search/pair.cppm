@@ -9,7 +9,7 @@ namespace cilantro {
 /// Whether two points belong together: a function of their indices i and j and of the distance
 /// between them, or of the distance alone, that returns bool. A lambda is a model. Pure, symmetric
 /// where both indices are of one set, and called from several threads at once. Models:
-/// `close_points`, `similar_normals`, `similar_colors`, `all_of_them`.
+/// `close_points`, `similar_normals`, `similar_colors`, `all_similar`.
 export template <class F, class S>
 concept SimilarityFunction = requires(const F& f, index_t i, S distance) {
   { f(i, i, distance) } -> std::same_as<bool>;
@@ -22,7 +22,7 @@ concept SimilarityFunction = requires(const F& f, index_t i, S distance) {
 /// threads at once. Models: `unit_weight`, `distance_weight`, `gaussian`, `huber` and its like; any
 /// lambda. A `Kernel`, of bandwidths and not of a distance, is none.
 export template <class F, class S>
-concept PairEvaluator = !requires(const F& f) { f.support; } &&
+concept PairWeight = !requires(const F& f) { f.support; } &&
                         (requires(const F& f, index_t i, S distance) {
                           { f(i, i, distance) } -> std::convertible_to<S>;
                         } || requires(const F& f, S distance) {
@@ -31,7 +31,7 @@ concept PairEvaluator = !requires(const F& f) { f.support; } &&
 
 /// What `f` says about the pair, whichever arguments it takes.
 export template <Scalar S, class F>
-  requires SimilarityFunction<F, S> || PairEvaluator<F, S>
+  requires SimilarityFunction<F, S> || PairWeight<F, S>
 [[nodiscard]] auto evaluate_pair(const F& f, index_t i, index_t j, S distance) {
   if constexpr (std::invocable<const F&, index_t, index_t, S>)
     return f(i, j, distance);
@@ -179,9 +179,9 @@ export class similar_colors {
 
 /// What is similar by every one of several functions, asked in order until one says no.
 export template <class... F>
-class all_of_them {
+class all_similar {
  public:
-  explicit all_of_them(F... functions) : functions_{std::move(functions)...} {}
+  explicit all_similar(F... functions) : functions_{std::move(functions)...} {}
 
   void expect_sizes(index_t first, index_t second, const char* who) const {
     std::apply([&](const auto&... f) { (cilantro::expect_sizes(f, first, second, who), ...); },
@@ -199,6 +199,6 @@ class all_of_them {
 };
 
 static_assert(SimilarityFunction<similar_normals<float, 3>, float>);
-static_assert(SimilarityFunction<all_of_them<close_points<double, 2>, similar_colors>, double>);
+static_assert(SimilarityFunction<all_similar<close_points<double, 2>, similar_colors>, double>);
 
 }  // namespace cilantro

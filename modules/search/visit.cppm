@@ -27,8 +27,8 @@ export struct visit_options {
 /// that is wanted in one block and once, what `find` finds, by ascending distance and index if
 /// `options.ascending`; no query that is not wanted; one that is not finite, with no neighbours or
 /// not at all. It lets exceptions of `visit` out, and asks `options.monitor` now and then. Sizes
-/// and dimensions have been checked. `found_block` makes blocks. What the library finds by many
-/// queries goes through it: `find_neighborhoods`, graphs, components, densities, normals.
+/// and dimensions have been checked. `found_block` makes blocks. What takes a searcher and many
+/// queries goes through it: `find_neighborhoods`, graphs, components, densities.
 /// Models: `kd_tree`; `check_neighbor_searcher` tests yours.
 export template <class T>
 concept VisitingSearcher =
@@ -168,15 +168,21 @@ template <VisitingSearcher T>
   using S = typename T::scalar;
   std::mutex one_at_a_time;
   std::vector<found_block<S>> blocks;
-  searcher.visit_all(queries, spec,
-                     [&](const neighborhood_block<S>& block) {
-                       found_block<S> kept;
-                       for (index_t i = 0; i < block.size(); ++i)
-                         kept.add(block.query(i), block[i]);
-                       const std::scoped_lock lock{one_at_a_time};
-                       blocks.push_back(std::move(kept));
-                     },
-                     {.threads = how.threads, .monitor = how.monitor});
+  std::vector<bool> is_visited(static_cast<std::size_t>(queries.size()));
+  searcher.visit_all(
+      queries, spec,
+      [&](const neighborhood_block<S>& block) {
+        found_block<S> kept;
+        for (index_t i = 0; i < block.size(); ++i) kept.add(block.query(i), block[i]);
+        const std::scoped_lock lock{one_at_a_time};
+        for (const auto q : kept.queries) {
+          expects(0 <= q && q < queries.size() && !is_visited[static_cast<std::size_t>(q)],
+                  "find_neighborhoods: the searcher visits a query that is none, or one twice");
+          is_visited[static_cast<std::size_t>(q)] = true;
+        }
+        blocks.push_back(std::move(kept));
+      },
+      {.threads = how.threads, .monitor = how.monitor});
   return gather_blocks<S>(queries.size(), std::move(blocks), how.threads);
 }
 
@@ -188,6 +194,8 @@ export template <NeighborSearcher T>
                                       neighborhood_spec spec, const execution& how = {}) {
   expects(queries.empty() || queries.dimension() == searcher.dimension(),
           "find_neighborhoods: queries and points must have the same dimension");
+  expects(queries.size() <= std::numeric_limits<std::int32_t>::max(),
+          "find_neighborhoods: there can be at most 2^31 - 1 queries");
   if constexpr (BatchSearcher<T>)
     return searcher.find_all(queries, spec, how);
   else if constexpr (VisitingSearcher<T>)
@@ -222,6 +230,9 @@ void visit_neighborhoods(const T& searcher,
           "visit_neighborhoods: there can be at most 2^31 - 1 queries");
   expects(options.wanted.empty() || std::ssize(options.wanted) == queries.size(),
           "visit_neighborhoods: it must be said for each query whether it is wanted");
+  static_assert(
+      VisitingSearcher<T> || !requires { &T::visit_all; },
+      "visit_all of the searcher is not as VisitingSearcher asks");
   if constexpr (VisitingSearcher<T>)
     searcher.visit_all(queries, spec, visit, options);
   else

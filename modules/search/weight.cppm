@@ -86,17 +86,18 @@ export struct geman_mcclure {
 export class robust_kernel {
  public:
   robust_kernel() = default;
-  template <PairEvaluator<double> K>
+  template <PairWeight<double> K>
     requires(!std::same_as<K, robust_kernel>) && std::is_invocable_r_v<double, const K&, double>
   robust_kernel(K kernel) : weight_{std::move(kernel)} {}  // NOLINT: a conversion on purpose
 
   [[nodiscard]] explicit operator bool() const { return weight_ != nullptr; }
-  double operator()(double residual) const { return weight_(residual); }
+  /// 1 if there is none.
+  double operator()(double residual) const { return weight_ ? weight_(residual) : 1; }
 
  private:
   std::function<double(double)> weight_;
 };
 
-static_assert(PairEvaluator<unit_weight, float> && PairEvaluator<gaussian, double>);
+static_assert(PairWeight<unit_weight, float> && PairWeight<gaussian, double>);
 
 }  // namespace cilantro

@@ -94,15 +94,16 @@ TEST_CASE("what has a meaning of its own for clouds keeps it, with and without o
   static_assert(PointCloud<decltype(estimate_normals(cloud, knn{5}, {.threads = 1}))>);
   static_assert(PointCloud<decltype(voxel_downsample(cloud, 0.1, {.threads = 1}))>);
   static_assert(PointCloud<decltype(farthest_point_sample(cloud, 5, {.threads = 1}))>);
-  for (const auto pick : {voxel_pick::mean, voxel_pick::first, voxel_pick::nearest_to_center,
-                          voxel_pick::medoid_of_normals}) {
+  for (const auto pick :
+       {voxel_representative::mean, voxel_representative::first,
+        voxel_representative::nearest_to_center, voxel_representative::medoid_of_normals}) {
     const auto reduced = voxel_downsample(cloud, 0.4, {.pick = pick});
     const oriented_points_view points{cloud};
     CHECK(reduced.points == voxel_downsample(points, 0.4, {.pick = pick}));
     CHECK(reduced.size() < cloud.size());
   }
   CHECK_THROWS_WITH_AS(
-      (void)voxel_downsample(cloud.points, 0.4, {.pick = voxel_pick::medoid_of_normals}),
+      (void)voxel_downsample(cloud.points, 0.4, {.pick = voxel_representative::medoid_of_normals}),
       "representatives: there are no normals to compare; estimate them first", invalid_input);
 }
 

@@ -71,16 +71,19 @@ TEST_CASE_TEMPLATE("a cell is stood for by its mean or by one of its points, wit
   cloud.normals = test::random_points<T>(500, 4);
   cloud.normals.colwise().normalize();
   const voxel_grid grid{cloud.points, 0.7};
-  CHECK(numbers_of(cloud | voxel_downsample(0.7, {.pick = voxel_pick::first})) ==
+  CHECK(numbers_of(cloud | voxel_downsample(0.7, {.pick = voxel_representative::first})) ==
         first_of_groups(grid.groups()));
-  CHECK(numbers_of(cloud | voxel_downsample(0.7, {.pick = voxel_pick::nearest_to_center})) ==
+  CHECK(numbers_of(cloud |
+                   voxel_downsample(0.7, {.pick = voxel_representative::nearest_to_center})) ==
         nearest_to_centers(cloud.points, grid));
-  CHECK(numbers_of(cloud | voxel_downsample(0.7, {.pick = voxel_pick::medoid_of_normals})) ==
+  CHECK(numbers_of(cloud |
+                   voxel_downsample(0.7, {.pick = voxel_representative::medoid_of_normals})) ==
         medoids_of_normals(cloud.normals, grid.groups()));
   CHECK((cloud | voxel_downsample(0.7)).size() == grid.size());
   cloud.normals.resize(T::dimension, 0);
-  CHECK_THROWS_AS((void)(cloud | voxel_downsample(0.7, {.pick = voxel_pick::medoid_of_normals})),
-                  invalid_input);
+  CHECK_THROWS_AS(
+      (void)(cloud | voxel_downsample(0.7, {.pick = voxel_representative::medoid_of_normals})),
+      invalid_input);
 }
 
 TEST_CASE("normals of a cloud by an estimator, and consistent ones, are steps") {

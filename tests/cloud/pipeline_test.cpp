@@ -52,6 +52,18 @@ TEST_CASE("a temporary cloud is moved through a whole pipeline, never copied") {
   CHECK(result.points.data() == memory);
 }
 
+TEST_CASE("a matrix of homogeneous coordinates is a transform") {
+  const auto cloud = some_cloud();
+  Eigen::Isometry3d by{Eigen::AngleAxisd{1, Eigen::Vector3d::UnitX()}};
+  by.translation() = Eigen::Vector3d{1, 2, 3};
+  CHECK((cloud | transform(by.matrix())) == transform(cloud, Eigen::Affine3d{by}));
+  const Eigen::Matrix4f in_float = by.matrix().cast<float>();
+  CHECK(transform(cloud, in_float) == transform(cloud, Eigen::Affine3f{in_float}));
+  Eigen::Matrix4d perspective = by.matrix();
+  perspective(3, 0) = 0.1;
+  CHECK_THROWS_AS((void)transform(cloud, perspective), invalid_input);
+}
+
 TEST_CASE("a lambda is a step behind a cloud and behind a step") {
   const auto cloud = some_cloud();
   const auto first_ten = [](auto c) { return select(c, std::views::iota(0, 10)); };

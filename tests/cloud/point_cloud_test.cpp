@@ -134,6 +134,13 @@ TEST_CASE("a transform in double moves a cloud of float, and its origin by all d
   const auto moved = transform(cloud, by);
   CHECK((moved.origin - by * cloud.origin).isZero(1e-9));
   CHECK((moved.points - by.linear().cast<float>() * cloud.points).isZero(1e-6f));
+  // What the scalar cannot hold becomes the origin.
+  by.translation() = Eigen::Vector3d{500'000.3, 4'500'000.3, 0};
+  const auto on_a_map = transform(full_cloud<test::f3>(15), by);
+  CHECK(on_a_map.origin == by.translation());
+  CHECK((on_a_map.points - by.linear().cast<float>() * full_cloud<test::f3>(15).points)
+            .isZero(1e-6f));
+  by.translation().setZero();
   const affine_transform<double, dynamic> at_run_time{by.linear(), by.translation()};
   CHECK(transform(full_cloud<test::f3>(15), at_run_time)
             .points.isApprox(transform(full_cloud<test::f3>(15), by).points));

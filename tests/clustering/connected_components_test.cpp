@@ -103,7 +103,7 @@ TEST_CASE("sizes and seeds choose among the components") {
   for (const auto& [x, count] : {std::pair{0.0f, 5}, {10.0f, 3}, {20.0f, 1}})
     for (int i = 0; i < count; ++i) points.emplace_back(x + 0.1f * float(i), 0);
   const auto sizes = [&](const components_options& options) {
-    return connected_components(points, radius{0.2}, every_neighbor{}, options).sizes();
+    return connected_components(points, radius{0.2}, always_similar{}, options).sizes();
   };
   CHECK(sizes({}) == std::vector<index_t>{5, 3, 1});
   CHECK(sizes({.min_size = 2}) == std::vector<index_t>{5, 3});
@@ -134,7 +134,7 @@ TEST_CASE("a cloud can be segmented as it is, and the work can be stopped") {
   CHECK(connected_components(cloud, radius{0.5}).size() == 1);
   std::stop_source stop;
   stop.request_stop();
-  CHECK_THROWS_AS((void)connected_components(cloud, radius{0.5}, every_neighbor{},
+  CHECK_THROWS_AS((void)connected_components(cloud, radius{0.5}, always_similar{},
                                              {.monitor = {.stop = stop.get_token()}}),
                   cancelled);
 }

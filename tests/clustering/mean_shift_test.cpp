@@ -147,7 +147,7 @@ TEST_CASE("a kernel is tested on what its concept says") {
 }
 
 static_assert(!Kernel<gaussian> && !Kernel<huber> && !Kernel<distance_weight>);
-static_assert(!PairEvaluator<gaussian_kernel, double> && PairEvaluator<gaussian, double>);
+static_assert(!PairWeight<gaussian_kernel, double> && PairWeight<gaussian, double>);
 static_assert(!SimilarityFunction<gaussian, float> && SimilarityFunction<bool (*)(float), float>);
 
 TEST_CASE("a function is a kernel once it says how far it reaches") {

@@ -116,7 +116,7 @@ void clustering(const std::string& input, const point_matrix<S, D>& points, doub
   report(name + "mean_shift", hash{} << modes.labels() << modes.modes << modes.densities);
   report(name + "dbscan", hash{} << dbscan(points, {.radius = edge}).labels());
   report(name + "connected_components",
-         hash{} << connected_components(points, radius{edge}, every_neighbor{}).labels());
+         hash{} << connected_components(points, radius{edge}, always_similar{}).labels());
   const auto plane = ransac(hyperplane_family{points}, {.max_residual = 0.02});
   report(name + "ransac of planes", hash{} << plane->model.normal << plane->model.offset
                                            << plane->inliers << plane->score << plane->rmse);

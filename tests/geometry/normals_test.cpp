@@ -204,7 +204,9 @@ TEST_CASE_TEMPLATE("neighbors on a line, equal ones, or too few of them determin
     expect_undetermined(line, knn{10});
   }
   const auto points = test::random_points<T>(20, 7);
-  expect_undetermined(points, knn{T::dimension - 1});
+  CHECK_THROWS_AS((void)estimate_normals(points, knn{T::dimension - 1}), invalid_input);
+  CHECK_THROWS_AS((void)estimate_normals(points, knn_in_radius{T::dimension - 1, 1}),
+                  invalid_input);
   expect_undetermined(points, radius{0});
   expect_undetermined(points.leftCols(1).eval(), knn{10});
   CHECK(estimate_normals(points.leftCols(0).eval(), knn{10}).normals.cols() == 0);

@@ -92,8 +92,9 @@ TEST_CASE("few, equal and evenly spaced points are no outliers") {
   Eigen::Matrix<double, 1, -1, Eigen::RowMajor> circle(1, 2);
   circle << 0.1, 0.4;
   CHECK(statistical_outliers(circle, {.deviations = 0}).kept.size() == 2);
-  CHECK(radius_outliers(Eigen::Matrix3Xf::Ones(3, 3).eval(), {.radius = 0}).kept.size() == 3);
-  CHECK(radius_outliers(Eigen::Matrix3Xf::Ones(3, 2).eval(), {.radius = 0}).kept.empty());
+  CHECK(radius_outliers(Eigen::Matrix3Xf::Ones(3, 3).eval(), {.radius = 1e-9}).kept.size() == 3);
+  CHECK(radius_outliers(Eigen::Matrix3Xf::Ones(3, 2).eval(), {.radius = 1e-9}).kept.empty());
+  CHECK_THROWS_AS((void)radius_outliers(circle, {.radius = 0}), invalid_input);
 }
 
 TEST_CASE("filters refuse what makes no sense, and can be stopped") {

@@ -94,7 +94,7 @@ int main(int count, char** arguments) {
       {"components",
        [&] {
          return double(
-             connected_components(points, knn{10}, every_neighbor{}, {.threads = 1}).size());
+             connected_components(points, knn{10}, always_similar{}, {.threads = 1}).size());
        }},
   };
   const auto step = steps.find(count == 2 ? arguments[1] : "");

@@ -70,6 +70,24 @@ TEST_CASE("where white space separates numbers such as 1,5, commas are decimal")
   }
   for (const std::string_view text : {"1,2,3\n", "1, 2, 3\n", "1 ,2 ,3\n", " 1,2,3 \n"})
     CHECK(read(text).points.col(0) == Eigen::Vector3d{1, 2, 3});
+  // The first point may have none.
+  CHECK(read("0 0 0\n1,5 2 2,5\n").points.col(1) == Eigen::Vector3d{1.5, 2, 2.5});
+  CHECK(read("0,5 1 2 wall\n", {.columns = {"x", "y", "z", "_"}}).points.col(0) ==
+        Eigen::Vector3d{0.5, 1, 2});
+}
+
+TEST_CASE("where commas may separate or be decimal, somebody must say which") {
+  const std::string_view text = "10 20 30,255\n";
+  CHECK(message_of([&] { (void)read(text); }) ==
+        "test.xyz, line 1: commas may separate here or be decimal: say which by the option "
+        "decimal_commas");
+  CHECK(read(text, {.decimal_commas = true}).points(2, 0) == 30.255);
+  const auto separated = read(text, {.decimal_commas = false});
+  CHECK(separated.points(2, 0) == 30);
+  CHECK(separated.attribute_as<double>("intensity")[0] == 255);
+  // As many names as there are columns tell, too.
+  CHECK(read("x y z intensity\n10 20 30,255\n").points(2, 0) == 30);
+  CHECK(read("x y z\n10 20 30,255\n").points(2, 0) == 30.255);
 }
 
 TEST_CASE(

@@ -104,7 +104,7 @@ TEST_CASE("lines that are wrong are refused with their number") {
   names("1 2 3\n4 5 6 7\n", "line 2: this line has another number of values");
   names("1 2 3\n4 five 6\n", "line 2: \"five\" is no number");
   names("1 2 3\n4 5 6x\n", "line 2: \"6x\" is no number");
-  names("1 2\n", "no x, y and z");
+  names("1 2\n", "the points have two coordinates, and three are asked for");
   names("x y z z\n1 2 3 4\n", "\"z\" comes twice");
   names("x y z w\n1 2 3\n", "3 columns, and 4 names");
   names("hello world\n", "\"hello\" is no number");

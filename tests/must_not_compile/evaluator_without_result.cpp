@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// message: 'PairEvaluator<
+// message: 'PairWeight<
 import cilantro;
 
 int main() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// message: does not satisfy 'Parameterization'
+// message: does not satisfy 'MotionModel'
 import cilantro;
 
 struct no_motion {

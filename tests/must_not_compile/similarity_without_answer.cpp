@@ -7,6 +7,6 @@ struct no_answer {
 };
 
 int main() {
-  const cilantro::all_of_them both{no_answer{}};
+  const cilantro::all_similar both{no_answer{}};
   return both(0, 1, 0.5f);
 }

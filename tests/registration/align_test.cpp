@@ -159,7 +159,7 @@ TEST_CASE("each term of a metric may have its own pairs and weights") {
                     [](index_t s, index_t t, double) { return s == t ? 1.0 : 0.0; }}};
   const least_squares_estimator estimator{source, target, metric};
   const nearest_neighbor_searcher near{source, target, {.max_distance = 0.8}};
-  const oracle_searcher known{source, target, {{5, 5, 0}, {6, 7, 0}}};
+  const known_pairs_searcher known{source, target, {{5, 5, 0}, {6, 7, 0}}};
   const auto found =
       icp(combined_searcher{near, known}, estimator, Eigen::Isometry3d::Identity(), {});
   CHECK(found.pairs == 602);

@@ -103,8 +103,8 @@ struct long_feature {
 
 TEST_CASE("the shipped motions do what a motion promises, in every dimension") {
   for (const index_t d : {1, 2, 3, 4, 6}) {
-    CHECK(check_parameterization(rigid_motion{}, d).empty());
-    CHECK(check_parameterization(affine_motion{}, d).empty());
+    CHECK(check_motion_model(rigid_motion{}, d).empty());
+    CHECK(check_motion_model(affine_motion{}, d).empty());
   }
   CHECK(rigid_motion::unknowns(3) == 6);
   CHECK(rigid_motion::unknowns(2) == 3);
@@ -112,8 +112,8 @@ TEST_CASE("the shipped motions do what a motion promises, in every dimension") {
 }
 
 TEST_CASE("a motion that breaks its promise is told so") {
-  CHECK(mentions(check_parameterization(turned_translation{}, 3), "velocity"));
-  CHECK(mentions(check_parameterization(rotation_only{}, 3), "translation is no motion"));
+  CHECK(mentions(check_motion_model(turned_translation{}, 3), "velocity"));
+  CHECK(mentions(check_motion_model(rotation_only{}, 3), "translation is no motion"));
 }
 
 TEST_CASE_TEMPLATE("the shipped residuals have the gradients that they say", T,

@@ -32,7 +32,7 @@ void check_exactness(const Transform& truth, MakeEstimator make_estimator) {
   const Transform back = test::inverse(truth);
   transform_points(back, target.points, source.points);
   transform_normals(back, target.normals, source.normals);
-  const oracle_searcher searcher{source, target, test::same_indices<S>(300)};
+  const known_pairs_searcher searcher{source, target, test::same_indices<S>(300)};
   const auto estimator = make_estimator(target, source);
   const auto found = icp(searcher, estimator, estimator.identity(), {.tolerance = 1e-10});
   CHECK(test::difference(found.transform, truth) < rounding<T>());

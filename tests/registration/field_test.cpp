@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -70,12 +71,13 @@ struct field_estimator {
     registration_step<transform_type> step{current, {}, {}};
     step.fit.pairs = std::ssize(pairs);
     step.fit.unknowns = 3 * source.points.size();
+    const pair_matcher matcher{metric, current, source, target};
     std::vector<char> is_seen(std::size_t(source.points.size()), 0);
     for (const auto& pair : pairs) {
       is_seen[std::size_t(pair.source)] = 1;
       Eigen::Matrix3d information = 1e-9 * Eigen::Matrix3d::Identity();
       Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-      weighted_rows(metric, match(metric, current, source, target, pair), pair.distance,
+      weighted_rows(metric, matcher(pair), pair.distance,
                     [&](double weight, double value, const Eigen::Vector3d& g, const auto&) {
                       information += weight * g * g.transpose();
                       gradient += weight * value * g;
@@ -114,7 +116,7 @@ TEST_CASE_TEMPLATE("every searcher finds under a field what it finds of points m
           auto field = some_field<T>(200, seed);
           // A point that a field sends nowhere is in no pair.
           if (seed == 4) field.shifts(0, 17) = test::nan<S>;
-          const auto moved = moved_points(field, as_points(source));
+          const auto moved = moved_points(field, source);
           CHECK(moved.col(5) == source.col(5) + field.shifts.col(5));
           const auto expected = found_by(nearest_neighbor_searcher{moved, target, options}, still);
           CHECK(!expected.empty());
@@ -133,9 +135,72 @@ TEST_CASE_TEMPLATE("every searcher finds under a field what it finds of points m
       }
   const correspondences<S> known{{0, 5, 0}, {4, 4, 0}, {9, 0, 0}};
   const auto field = some_field<T>(200, 8);
-  const auto moved = moved_points(field, as_points(source));
-  CHECK(found_by(oracle_searcher{source, target, known}, field) ==
-        found_by(oracle_searcher{moved, target, known}, still));
+  const auto moved = moved_points(field, source);
+  CHECK(found_by(known_pairs_searcher{source, target, known}, field) ==
+        found_by(known_pairs_searcher{moved, target, known}, still));
+}
+
+TEST_CASE_TEMPLATE("what is remembered of fields and affine maps misleads no later search", T,
+                   test::f2, test::d3, test::dx) {
+  using S = typename T::scalar;
+  const auto target = test::random_points<T>(500, 1), source = test::random_points<T>(400, 2);
+  const auto field = some_field<T>(400, 3);
+  const auto rigid = test::random_rigid<T>(4, 0.2, 0.1);
+  const auto affine = test::random_affine<T>(5, 0.2, 0.1);
+  using enum search_direction;
+  for (const auto direction : {source_to_target, target_to_source, search_direction::both})
+    for (const bool reciprocal : {false, true}) {
+      const nearest_neighbor_searcher searcher{
+          source, target, {.direction = direction, .reciprocal = reciprocal}};
+      nearest_neighbor_memory<S> memory;
+      correspondences<S> pairs;
+      const auto check = [&](const auto& map) {
+        searcher.find(map, memory, pairs);
+        CHECK(pairs == found_by(searcher, map));
+      };
+      check(field);
+      check(rigid);
+      check(affine);
+      check(rigid);
+      check(field);
+      check(affine);
+    }
+}
+
+TEST_CASE("a point that is not finite is in no pair, wherever a map puts it") {
+  struct anywhere {
+    using Scalar = double;
+    Eigen::Vector3d operator()(index_t i, const Eigen::Vector3d&) const {
+      return Eigen::Vector3d::Constant(0.1 * double(i));
+    }
+  };
+  const auto target = test::random_points<test::d3>(50, 1);
+  auto source = test::random_points<test::d3>(20, 2);
+  source(1, 4) = test::nan<double>;
+  const Eigen::MatrixXd wide_target = target, wide_source = source;
+  const auto check = [](const auto& pairs) {
+    CHECK(pairs.size() == 19);
+    CHECK(std::ranges::count(pairs, 4, [](const auto& p) { return p.source; }) == 0);
+  };
+  check(found_by(nearest_neighbor_searcher{source, target}, anywhere{}));
+  check(found_by(nearest_neighbor_searcher{wide_source, wide_target}, anywhere{}));
+  check(found_by(feature_searcher{point_features{source, target}}, anywhere{}));
+  const nearest_neighbor_searcher backward{
+      source, target, {.direction = search_direction::target_to_source}};
+  CHECK(std::ranges::count(found_by(backward, anywhere{}), 4,
+                           [](const auto& p) { return p.source; }) == 0);
+}
+
+TEST_CASE("a map of another dimension is refused, whatever types Eigen converts") {
+  const Eigen::MatrixXd flat = Eigen::MatrixXd::Random(2, 30),
+                        deep = Eigen::MatrixXd::Random(5, 30);
+  CHECK_THROWS_AS((void)moved_points(wave{0.1}, flat), invalid_input);
+  CHECK_THROWS_AS((void)moved_points(wave{0.1}, deep), invalid_input);
+  const auto points = test::random_points<test::d3>(30, 1);
+  const auto plane = identity_transform<rigid_transform<double, dynamic>>(2);
+  CHECK_THROWS_AS((void)found_by(nearest_neighbor_searcher{points, points}, plane), invalid_input);
+  CHECK(check_point_map(plane, points).size() == 1);
+  CHECK(check_point_map(Eigen::Affine3d{Eigen::Scaling(1.0, 1.0, 0.0)}, points).size() == 1);
 }
 
 TEST_CASE_TEMPLATE("cameras and normals take part under a field", S, float, double) {
@@ -165,13 +230,30 @@ TEST_CASE("a field of other points, or without the normals that are asked for, i
     CHECK_THROWS_AS((void)found_by(searcher, map), invalid_input);
   };
   refuses(nearest_neighbor_searcher{source, target}, short_field);
-  refuses(oracle_searcher{source, target, correspondences<double>{}}, short_field);
+  refuses(known_pairs_searcher{source, target, correspondences<double>{}}, short_field);
   refuses(projective_searcher{source, target, camera}, short_field);
   refuses(feature_searcher{point_features{source, target}}, short_field);
   refuses(feature_searcher{joint_features{source, target, {.normals = 1}}}, wave{0.1});
   CHECK(found_by(feature_searcher{joint_features{source, target, {}}}, wave{0.1}).size() == 40);
-  CHECK_THROWS_WITH_AS((void)moved_points(short_field, as_points(source.points)),
+  CHECK_THROWS_WITH_AS((void)moved_points(short_field, source),
                        "moved_points: the map moves 39 points, and there are 40", invalid_input);
+}
+
+TEST_CASE("a metric sees pairs under an affine map as the estimator does") {
+  using space = test::d3;
+  const auto target = test::bumpy_surface<space>(100, 1),
+             source = test::bumpy_surface<space>(80, 2);
+  const auto affine = test::random_affine<space>(3, 0.3, 0.3);
+  const auto pairs = found_by(nearest_neighbor_searcher{source, target}, affine);
+  const least_squares_estimator estimator{source, target, symmetric{}, affine_motion{}};
+  const auto residuals = estimator.residuals(affine, pairs);
+  const pair_matcher matcher{symmetric{}, affine, oriented_points_view<double, 3>{source},
+                             oriented_points_view<double, 3>{target}};
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    weighted_rows(symmetric{}, matcher(pairs[i]), pairs[i].distance,
+                  [&](double, double value, const auto&, const auto&) {
+                    CHECK(value == doctest::Approx(residuals[index_t(i)]));
+                  });
 }
 
 TEST_CASE("a field goes through the same searcher, metrics and loop as a transform") {
@@ -194,7 +276,7 @@ TEST_CASE("a field goes through the same searcher, metrics and loop as a transfo
     CHECK(pairs.size() == 300);
     for (const auto& pair : pairs)
       weighted_rows(
-          metric, match(metric, found.transform, moving, onto, pair), pair.distance,
+          metric, pair_matcher{metric, found.transform, moving, onto}(pair), pair.distance,
           [](double, double value, const auto&, const auto&) { CHECK(std::abs(value) < 1e-6); });
   };
   check(point_to_point{});
@@ -220,8 +302,29 @@ TEST_CASE("what no pair reaches is counted, and does not keep a field from conve
         icp_status::degenerate);
   CHECK(icp(searcher, estimator, start, {.max_undetermined = 0.1}).converged());
   CHECK_THROWS_AS((void)icp(searcher, estimator, start, {.max_undetermined = 2}), invalid_input);
-  // A few directions of a rigid motion are a few too many.
+  // A few directions of a rigid motion are a few too many, and so they are of whatever has no size.
   CHECK(icp_options<Eigen::Isometry3d>{}.max_undetermined == 0);
+  CHECK(icp_options<wave>{}.max_undetermined == 0);
+}
+
+TEST_CASE("the contract of estimators looks at fields, too") {
+  using space = test::d3;
+  const auto target = test::bumpy_surface<space>(50, 1), source = test::bumpy_surface<space>(40, 2);
+  const field_estimator<point_to_point> estimator{
+      oriented_points_view<double, 3>{source}, oriented_points_view<double, 3>{target}, {}};
+  const auto field = some_field<space>(40, 3);
+  const auto pairs = found_by(nearest_neighbor_searcher{source, target}, field);
+  CHECK(check_transform_estimator(estimator, field, pairs).empty());
+  struct restless : field_estimator<point_to_point> {
+    [[nodiscard]] registration_step<transform_type> estimate(
+        const transform_type& current, std::span<const correspondence<double>> given) const {
+      auto step = field_estimator::estimate(current, given);
+      step.transform.shifts(0, 0) += 1;
+      return step;
+    }
+  };
+  CHECK(check_transform_estimator(restless{estimator}, field, pairs) ==
+        std::vector<std::string>{"without pairs, the transform changes"});
 }
 
 TEST_CASE_TEMPLATE("the contract finds a map that turns normals the wrong way", S, float, double) {

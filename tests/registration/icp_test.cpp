@@ -185,7 +185,7 @@ TEST_CASE_TEMPLATE("what pairs of points leave open stays as it is", S, float, d
   Eigen::Matrix<S, 3, 2> target, source;
   target << 0, 0, 0, 2, 0, 0;
   source << 0, 2, 0, 0, 0, 0;
-  const oracle_searcher searcher{source, target, test::same_indices<S>(2)};
+  const known_pairs_searcher searcher{source, target, test::same_indices<S>(2)};
   const point_to_point_estimator estimator{source, target};
   const auto found = icp(searcher, estimator, estimator.identity());
   CHECK(found.status == icp_status::degenerate);
@@ -195,7 +195,7 @@ TEST_CASE_TEMPLATE("what pairs of points leave open stays as it is", S, float, d
   quarter << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   CHECK((found.transform.linear() - quarter).norm() < micro<S>);
   // One point moves, and does not turn.
-  const oracle_searcher single{source, target, {{1, 1, 0}}};
+  const known_pairs_searcher single{source, target, {{1, 1, 0}}};
   const auto moved = icp(single, estimator, estimator.identity());
   CHECK(moved.status == icp_status::degenerate);
   CHECK(moved.transform.linear().isIdentity(S(micro<S>)));
@@ -241,7 +241,7 @@ TEST_CASE("unknown normals say nothing, and normals that are not finite do not s
   for (index_t i = 0; i < 300; i += 7)
     partly.normals.col(i).setConstant(i % 2 == 0 ? 0.0 : test::nan<double>);
   const auto source = transform(target, test::random_rigid<test::d3>(1, 0.1, 0.1));
-  const oracle_searcher searcher{source, partly, test::same_indices<double>(300)};
+  const known_pairs_searcher searcher{source, partly, test::same_indices<double>(300)};
   const auto truth = test::random_rigid<test::d3>(1, 0.1, 0.1).inverse();
   for (int i = 0; i < 2; ++i) {
     const auto found = i == 0 ? icp(searcher, least_squares_estimator{source, partly})
@@ -256,7 +256,7 @@ TEST_CASE("a mirrored target is met by a rotation, never by a reflection") {
     const auto source = test::random_points<test::d3>(50, seed);
     Eigen::Matrix3Xd target = source;
     target.row(int(seed % 3)) *= -1;
-    const oracle_searcher searcher{source, target, test::same_indices<double>(50)};
+    const known_pairs_searcher searcher{source, target, test::same_indices<double>(50)};
     const point_to_point_estimator estimator{source, target};
     const auto found = icp(searcher, estimator, estimator.identity());
     CHECK(found.transform.linear().determinant() == doctest::Approx(1));
@@ -275,7 +275,7 @@ TEST_CASE_TEMPLATE("a rotation by 180 degrees is found, and small steps never br
   rigid_transform<S, 3> half = rigid_transform<S, 3>::Identity();
   half.linear().diagonal() << -1, -1, 1;
   const auto source = transform(target, half);
-  const oracle_searcher searcher{source, target, test::same_indices<S>(200)};
+  const known_pairs_searcher searcher{source, target, test::same_indices<S>(200)};
   CHECK(test::difference(icp(searcher, point_to_point_estimator{source, target}).transform, half) <
         micro<S>);
   // By steps, from nearly 180 degrees away.
@@ -283,8 +283,8 @@ TEST_CASE_TEMPLATE("a rotation by 180 degrees is found, and small steps never br
   nearly.linear() = Eigen::AngleAxis<S>{S(3.1), Eigen::Matrix<S, 3, 1>::UnitZ()}.toRotationMatrix();
   const auto turned = transform(target, nearly);
   const least_squares_estimator estimator{turned, target, point_to_point{}};
-  const auto found = icp(oracle_searcher{turned, target, test::same_indices<S>(200)}, estimator,
-                         estimator.identity(), {.max_iterations = 100});
+  const auto found = icp(known_pairs_searcher{turned, target, test::same_indices<S>(200)},
+                         estimator, estimator.identity(), {.max_iterations = 100});
   CHECK(found.converged());
   CHECK(test::difference(found.transform, nearly.inverse()) < micro<S>);
   CHECK((found.transform.linear() * found.transform.linear().transpose()).isIdentity(S(1e-5)));
@@ -430,7 +430,6 @@ TEST_CASE_TEMPLATE("the same bits for any number of threads", S, float, double) 
     const auto run = [&](int threads) {
       return align(source, target,
                    {.metric = metric,
-                    .max_distance = 0.4,
                     .max_iterations = 8,
                     .scales = {{0.2, 0.8}, {0, 0.4}},
                     .robust = huber{0.1},

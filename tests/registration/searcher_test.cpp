@@ -233,8 +233,8 @@ TEST_CASE("a search that makes no sense is refused") {
   CHECK_THROWS_AS((searcher{points, points, {.fraction = 1.5}}), invalid_input);
   CHECK_THROWS_AS((nearest_neighbor_searcher{deep, flat}), invalid_input);
   CHECK_THROWS_AS((point_features{deep, flat}), invalid_input);
-  CHECK_THROWS_AS((oracle_searcher{points, points, {{10, 0, 0}}}), invalid_input);
-  CHECK_THROWS_AS((oracle_searcher{points, points, {{0, -1, 0}}}), invalid_input);
+  CHECK_THROWS_AS((known_pairs_searcher{points, points, {{10, 0, 0}}}), invalid_input);
+  CHECK_THROWS_AS((known_pairs_searcher{points, points, {{0, -1, 0}}}), invalid_input);
   const nearest_neighbor_searcher run_time{deep, deep};
   correspondences<float> pairs;
   CHECK_THROWS_AS(run_time.find(Eigen::Isometry2f::Identity(), pairs), invalid_input);
@@ -252,7 +252,7 @@ TEST_CASE_TEMPLATE("known pairs are measured anew for every transform", T, test:
   // Given in disorder.
   auto known = test::same_indices<S>(50);
   std::ranges::reverse(known);
-  const oracle_searcher searcher{source, target, known, {.max_distance = 1.2}};
+  const known_pairs_searcher searcher{source, target, known, {.max_distance = 1.2}};
   const auto transform = test::random_rigid<T>(1, 0.4, 0.4);
   const auto all = distances_between<T>(target, source, transform);
   const auto pairs = found_by(searcher, transform);
@@ -317,7 +317,7 @@ TEST_CASE_TEMPLATE("clouds with different origins have no pairs", S, float, doub
   source.origin = Eigen::Vector3d{100, 0, 0};
   const pinhole_camera<S> camera{.width = 4, .height = 4, .fx = 2, .fy = 2, .cx = 2, .cy = 2};
   CHECK_THROWS_AS((nearest_neighbor_searcher{source, target}), invalid_input);
-  CHECK_THROWS_AS((oracle_searcher{source, target, correspondences<S>{}}), invalid_input);
+  CHECK_THROWS_AS((known_pairs_searcher{source, target, correspondences<S>{}}), invalid_input);
   CHECK_THROWS_AS((projective_searcher{source, target, camera}), invalid_input);
   CHECK_THROWS_AS((point_features{source, target}), invalid_input);
   CHECK_THROWS_AS((joint_features{source, target, {}}), invalid_input);
@@ -384,7 +384,7 @@ TEST_CASE("a combined searcher yields the pairs of each of its searchers") {
   const auto target = test::random_points<test::d3>(100, 1),
              source = test::random_points<test::d3>(80, 2);
   const nearest_neighbor_searcher near{source, target, {.max_distance = 0.2}};
-  const oracle_searcher known{source, target, {{3, 4, 0}}};
+  const known_pairs_searcher known{source, target, {{3, 4, 0}}};
   const combined_searcher both{near, known};
   const auto transform = test::random_rigid<test::d3>(1, 0.1, 0.1);
   const auto pairs = found_by(both, transform);

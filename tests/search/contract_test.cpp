@@ -55,7 +55,7 @@ std::string violations(const std::vector<std::string>& all) {
 
 /// Answers many queries at once, in one of many ways that are wrong.
 struct visiting {
-  enum class fault { none, twice, unwanted, forgets, descending, lets_out };
+  enum class fault { none, twice, unwanted, forgets, descending, lets_out, none_of_these };
   using scalar = float;
   static constexpr int static_dimension = 3;
 
@@ -82,6 +82,7 @@ struct visiting {
       block.add(q, found);
       if (how == fault::twice) block.add(q, found);
     }
+    if (how == fault::none_of_these) block.add(queries.size(), found);
     visit(block.view());
   }
 };
@@ -151,6 +152,11 @@ TEST_CASE("every broken rule of answering many queries at once is noticed and na
   CHECK(names(unwanted, "visit_all visits a query that is not wanted"));
   CHECK(names(forgets, "visit_all and find give different results"));
   CHECK(names(descending, "visit_all and find give different results"));
+  CHECK(names(none_of_these, "visit_all visits no query of these"));
+  for (const auto how : {twice, none_of_these}) {
+    const visiting searcher{brute_force_searcher{points}, how};
+    CHECK_THROWS_AS((void)find_neighborhoods(searcher, points, knn{3}), invalid_input);
+  }
 }
 
 TEST_CASE("what a searcher visits in an order of its own is kept in the order of the queries") {

@@ -25,8 +25,8 @@ auto random_directions(index_t count, std::uint64_t seed) {
 static_assert(SimilarityFunction<decltype([](index_t, index_t, float) { return true; }), float>);
 static_assert(SimilarityFunction<decltype([](float d) { return d < 1; }), float>);
 static_assert(!SimilarityFunction<decltype([](index_t) { return 3.5; }), std::vector<int>>);
-static_assert(PairEvaluator<huber, float> && PairEvaluator<geman_mcclure, double>);
-static_assert(!PairEvaluator<int, float>);
+static_assert(PairWeight<huber, float> && PairWeight<geman_mcclure, double>);
+static_assert(!PairWeight<int, float>);
 
 // The first cilantro took an arc cosine of 1.0000001 and found 194 of 1000 identical pairs unlike.
 TEST_CASE_TEMPLATE("the angle between a vector and itself is 0, always", T, ALL_SPACES) {
@@ -91,7 +91,7 @@ TEST_CASE("points, colors, and any conjunction are compared, also between two se
   CHECK(similar_colors{colors, 1.7321}(0, 1, 0.0));
   CHECK_FALSE(similar_colors{colors, 1.73}(0, 1, 0.0));
 
-  const all_of_them both{close, similar_colors{colors, 1.7321},
+  const all_similar both{close, similar_colors{colors, 1.7321},
                          [](double distance) { return distance < 7; }};
   CHECK(both(1, 0, 6.0));
   CHECK_FALSE(both(1, 0, 7.0));

@@ -9,7 +9,7 @@ import re
 import sys
 
 # A module imports modules of lower floors only.
-FLOORS = {"standard": 0, "eigen": 0, "core": 1, "search": 2, "geometry": 3, "cloud": 4,
+FLOORS = {"standard": 0, "eigen": 0, "core": 1, "numeric": 2, "search": 2, "geometry": 3, "cloud": 4,
           "consensus": 4, "clustering": 4, "embedding": 4, "io": 5, "registration": 5}
 # Interfaces that read headers, and what they may read; all others import.
 HEADER_WRAPPERS = {"eigen.cppm": r"Eigen/\w+|arm_neon\.h", "standard.cppm": r"[a-z_]+"}

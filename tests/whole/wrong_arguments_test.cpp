@@ -236,12 +236,12 @@ TEST_CASE("wrong arguments are refused: clusters and embeddings") {
        [&] {
          (void)connected_components(
              points, knn{2},
-             all_of_them{close_points{points, 1}, similar_normals{few_normals, 0.1}});
+             all_similar{close_points{points, 1}, similar_normals{few_normals, 0.1}});
        }},
       {"pair_matrix", [&] { (void)pair_matrix(graph, similar_normals{few_normals, 0.1}); }},
       {"connected_components, graph", [&] { (void)connected_components(queries); }},
       {"connected_components, size",
-       [&] { (void)connected_components(points, knn{2}, every_neighbor{}, {.min_size = -1}); }},
+       [&] { (void)connected_components(points, knn{2}, always_similar{}, {.min_size = -1}); }},
       {"dbscan, radius", [&] { (void)dbscan(points, {.radius = nan, .min_points = 3}); }},
       {"dbscan, count", [&] { (void)dbscan(points, {.radius = 1, .min_points = 0}); }},
       {"dbscan, searcher",
@@ -298,6 +298,22 @@ TEST_CASE("wrong arguments are refused: models and registration") {
        [&] { (void)rigid_family(eight, flat, correspondences<double>{{0, 0, 0.0}}); }},
       {"align, dimension", [&] { (void)align(eight, flat); }},
       {"align, distance", [&] { (void)align(points, points, {.scales = {{0.0, nan}}}); }},
+      {"align, scales and distance",
+       [&] { (void)align(points, points, {.max_distance = 1, .scales = {{0.1, 0.5}}}); }},
+      {"align, from fine to coarse",
+       [&] { (void)align(points, points, {.scales = {{0.1, 0.5}, {0.2, 0.6}}}); }},
+      {"align, voxel and distance swapped",
+       [&] { (void)align(points, points, {.scales = {{0.5, 0.1}}}); }},
+      {"align, rows as points",
+       [&] {
+         const Eigen::MatrixXf rows = Eigen::MatrixXf::Random(100, 3);
+         (void)align(rows, rows, {.metric = point_to_point{}});
+       }},
+      {"align, a kernel that gives negative weights",
+       [&] {
+         (void)align(points, points,
+                     {.metric = point_to_point{}, .robust = [](double) { return -1.0; }});
+       }},
       {"align, voxel", [&] { (void)align(points, points, {.scales = {{nan, 1.0}}}); }},
       {"align, iterations", [&] { (void)align(points, points, {.max_iterations = -1}); }},
       {"align, fraction", [&] { (void)align(points, points, {.fraction = 2}); }},
@@ -310,8 +326,9 @@ TEST_CASE("wrong arguments are refused: models and registration") {
        [&] { (void)nearest_neighbor_searcher{eight, flat}; }},
       {"nearest_neighbor_searcher, distance",
        [&] { (void)nearest_neighbor_searcher{points, points, {.max_distance = nan}}; }},
-      {"oracle_searcher, far", [&] { (void)oracle_searcher{points, points, far_pairs}; }},
-      {"oracle_searcher, negative", [&] { (void)oracle_searcher{points, points, negative_pairs}; }},
+      {"known_pairs_searcher, far", [&] { (void)known_pairs_searcher{points, points, far_pairs}; }},
+      {"known_pairs_searcher, negative",
+       [&] { (void)known_pairs_searcher{points, points, negative_pairs}; }},
       {"projective_searcher",
        [&] {
          (void)projective_searcher{points, points, pinhole_camera<double>{4, 2, 0, 5, 2, 1}};

@@ -38,8 +38,8 @@ void closed_write_matrix(const Eigen::Ref<const any_matrix<S>>& matrix,
 /// Writes a matrix, exactly, as text or in NumPy's binary format, in which it keeps its rows and
 /// columns. The file appears when it is complete, as with `write_ply`. Throws `io_error`.
 export template <class M>
-  requires std::derived_from<M, Eigen::MatrixBase<M>> && Scalar<typename M::Scalar>
-void write_matrix(const M& matrix, const std::filesystem::path& path,
+  requires Scalar<typename M::Scalar>
+void write_matrix(const Eigen::MatrixBase<M>& matrix, const std::filesystem::path& path,
                   matrix_format format = matrix_format::npy, const task_monitor& monitor = {}) {
   closed_write_matrix<typename M::Scalar>(any_matrix<typename M::Scalar>{matrix}, path, format,
                                           monitor);

@@ -55,23 +55,24 @@ bool is_number(std::string_view word) {
   return detail::parse_number(word, value);
 }
 
-/// How many numbers blanks separate in a line, if some of them are written as `1,5`, with digits on
-/// both sides of one comma; otherwise 0, and commas separate.
-std::size_t count_with_decimal_commas(std::string_view line) {
-  const auto is_digit = [](char c) { return '0' <= c && c <= '9'; };
-  std::size_t count = 0, commas = 0;
+/// The words of a line that blanks separate, commas being part of them.
+names words_between_blanks(std::string_view line) {
+  names all;
   word_reader words{line};
-  for (auto word = words.next(); !word.empty(); word = words.next(), ++count) {
-    std::string number{word};
-    if (const auto at = word.find(','); at != word.npos) {
-      if (at == 0 || !is_digit(word[at - 1]) || at + 1 == word.size() || !is_digit(word[at + 1]))
-        return 0;
-      number[at] = '.';
-      ++commas;
-    }
-    if (!is_number(number)) return 0;
-  }
-  return count > 1 && commas > 0 ? count : 0;
+  for (auto word = words.next(); !word.empty(); word = words.next()) all.emplace_back(word);
+  return all;
+}
+
+/// Whether a word is a number such as `1,5`: with one comma, between digits.
+bool has_decimal_comma(std::string_view word) {
+  const auto is_digit = [](char c) { return '0' <= c && c <= '9'; };
+  const auto at = word.find(',');
+  if (at == word.npos || at == 0 || at + 1 == word.size() || !is_digit(word[at - 1]) ||
+      !is_digit(word[at + 1]))
+    return false;
+  std::string number{word};
+  number[at] = '.';
+  return is_number(number);
 }
 
 /// Whether words are names of columns: the coordinates are among them.
@@ -96,7 +97,9 @@ class text_reader {
             D == 2 ? "read_text: the columns must name x and y"
                    : "read_text: the columns must name x, y and z");
     if (!builder.has_points())
-      in_.fail_at_line(D == 2 ? "the points have no x and y" : "the points have no x, y and z");
+      in_.fail_at_line(D == 2          ? "the points have no x and y"
+                       : columns_ == 2 ? "the points have two coordinates, and three are asked for"
+                                       : "the points have no x, y and z");
     builder.resize(rows_);
     for (std::size_t c = 0; c < columns_ && rows_ > 0; ++c) {
       const auto* data = reinterpret_cast<const char*>(values_.data() + c);
@@ -162,7 +165,8 @@ class text_reader {
 
   /// Appends the values of a line; false if it is blank.
   bool take_row(std::string_view line) {
-    if (has_decimal_commas_) {
+    if (!has_decimal_commas_ && line.find(',') != line.npos) decide_about_commas(line);
+    if (has_decimal_commas_.value_or(false)) {
       row_ = line;
       std::ranges::replace(row_, ',', '.');
       line = row_;
@@ -201,6 +205,40 @@ class text_reader {
     return c == ' ' || c == ',' || c == '\t' || c == ';' || c == '\r' || c == '\v' || c == '\f';
   }
 
+  static std::size_t columns_with_decimal_commas(std::string_view line) {
+    if (line.find(';') == line.npos) return words_between_blanks(line).size();
+    return static_cast<std::size_t>(std::ranges::count(line, ';')) + !line.ends_with(';');
+  }
+
+  /// By the first line of a point that has commas: they are decimal where semicolons separate, and
+  /// where blanks do between numbers that all have one. Fails where they may be either.
+  void decide_about_commas(std::string_view line) {
+    has_decimal_commas_ = options_.decimal_commas;
+    if (has_decimal_commas_) return;
+    if (line.find(';') != line.npos) {
+      has_decimal_commas_ = true;
+      return;
+    }
+    const auto words = words_between_blanks(line);
+    std::size_t with_comma = 0, without = 0;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (has_decimal_comma(words[i]))
+        ++with_comma;
+      else if (!is_skipped(i) && is_number(words[i]))
+        ++without;
+      else if (!is_skipped(i))
+        return void(has_decimal_commas_ = false);
+    }
+    const bool are_points = words.size() >= (columns_ > 0 ? columns_ : std::size_t(D));
+    if (with_comma > 0 && without > 0 && are_points && options_.columns.empty() && names_.empty() &&
+        columns_ == 0)
+      in_.fail_at_line(
+          "commas may separate here or be decimal: say which by the option decimal_commas");
+    const std::size_t named = !options_.columns.empty() ? options_.columns.size() : names_.size();
+    has_decimal_commas_ =
+        with_comma > 0 && words.size() > 1 && are_points && (named == 0 || named == words.size());
+  }
+
   /// Whether the caller does not want a column, which may then hold words.
   [[nodiscard]] bool is_skipped(std::size_t column) const {
     return column < options_.columns.size() && options_.columns[column] == "_";
@@ -219,15 +257,9 @@ class text_reader {
       names_ = words;
       return false;
     }
-    columns_ = words.size();
-    has_decimal_commas_ = true;
-    if (const auto numbers = count_with_decimal_commas(line); numbers > 0)
-      columns_ = numbers;
-    else if (line.find(';') != line.npos && line.find(',') != line.npos)
-      // Where semicolons separate, a comma does not.
-      columns_ = static_cast<std::size_t>(std::ranges::count(line, ';')) + !line.ends_with(';');
-    else
-      has_decimal_commas_ = false;
+    if (line.find(',') != line.npos) decide_about_commas(line);
+    columns_ =
+        has_decimal_commas_.value_or(false) ? columns_with_decimal_commas(line) : words.size();
     return take_row(line);
   }
 
@@ -338,7 +370,7 @@ class text_reader {
   std::optional<index_t> count_;
   std::size_t columns_ = 0;
   index_t rows_ = 0;
-  bool has_decimal_commas_ = false;
+  std::optional<bool> has_decimal_commas_;  ///< Once a line with commas has told.
   std::string row_;
   std::vector<double> values_;  ///< Row after row.
 };

@@ -13,6 +13,8 @@ export struct text_read_options {
   /// empty, what the file says or else what is usual.
   std::vector<std::string> columns = {};
   origin_policy origin = origin_policy::automatic;
+  /// Whether commas are decimal, where it cannot be told; otherwise see `read_text`.
+  std::optional<bool> decimal_commas = {};
   task_monitor monitor = {};
 };
 
@@ -25,8 +27,10 @@ export struct text_write_options {
 
 /// Reads lines of numbers: XYZ, PTS, ASC, CSV and their like, one point a line.
 ///
-/// White space, commas and semicolons separate. Commas are decimal in a file whose first point has
-/// semicolons, too, or consists of numbers such as `1,5` between white space. Blank lines and lines
+/// White space, commas and semicolons separate. Commas are decimal in a file whose first point with
+/// commas has semicolons, too, or only numbers such as `1,5` between white space; where only some
+/// are such, and nothing says how many columns there are, it may be either and is an error, unless
+/// the options say which. Blank lines and lines
 /// that begin with # or // are passed over, the latter kept as comments. A first line of one whole
 /// number is the count of a PTS file, which may be followed by the counts and points of further
 /// scans. Columns are named by a first line of words, quoted or not, or the last comment of as many

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.core:disjoint_sets;
+export module cilantro.numeric:disjoint_sets;
 
 import cilantro.standard;
-import :error;
-import :points;
+import cilantro.core;
 
 namespace cilantro {
 

@@ -2,7 +2,7 @@
 module;
 #include <atomic>
 #include <cstdint>
-module cilantro.core;
+module cilantro.numeric;
 
 namespace cilantro {
 

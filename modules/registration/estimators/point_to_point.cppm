@@ -74,10 +74,10 @@ template <class Model>
 /// 43, without scale), or affine by its normal equations. Never a reflection.
 ///
 /// What the pairs leave open, such as turning about the line on which all of them lie, stays as it
-/// is. `Weight` is a `PairEvaluator` of source index, target index, and the distance of the two
+/// is. `Weight` is a `PairWeight` of source index, target index, and the distance of the two
 /// under the current transform: a robust kernel may be given. Views target and source.
 export template <Scalar S, int D, class Model = rigid_motion,
-                 PairEvaluator<double> Weight = unit_weight>
+                 PairWeight<double> Weight = unit_weight>
   requires std::same_as<Model, rigid_motion> || std::same_as<Model, affine_motion>
 class point_to_point_estimator {
  public:

@@ -45,11 +45,11 @@ struct equation_sums : place_sums<D> {
   }
 };
 
-template <Parameterization Model, int D>
+template <MotionModel Model, int D>
 inline constexpr int unknowns_of = D == dynamic ? dynamic : int(Model::unknowns(D));
 
 /// A metric, all terms of one pair.
-template <int D, Parameterization Model, class Metric>
+template <int D, MotionModel Model, class Metric>
 void add_pair(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
               const Metric& metric, const matched_pair<D>& pair, double distance,
               const point_vector<double, D>& center) {
@@ -67,14 +67,28 @@ void add_pair(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
   });
 }
 
-/// The pair as the terms of a metric see it under an affine map in double.
+/// The pair as the terms of a metric see it under an affine map in double. `turn` is what it does
+/// to normals.
 template <class Metric, Scalar S, int D>
 [[nodiscard]] matched_pair<D> pair_in(const registered_surfaces<S, D>& surfaces,
-                                      const affine_parts<double, D>& current, index_t s,
+                                      const affine_parts<double, D>& current,
+                                      const Eigen::Matrix<double, D, D>& turn, index_t s,
                                       index_t t) {
   return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
       current(surfaces.source.points[s]), surfaces.target, s, t,
-      [&] { return current.linear * surfaces.source.normals[s].template cast<double>(); });
+      [&] { return turn * surfaces.source.normals[s].template cast<double>(); });
+}
+
+/// What a transform of a model does to normals, if the metric asks for that of the source.
+template <class Metric, MotionModel Model, int D>
+[[nodiscard]] Eigen::Matrix<double, D, D> turn_of(const affine_parts<double, D>& current) {
+  if constexpr (!needs_source_normals<Metric> ||
+                RigidMap<typename Model::template transform<double, D>>)
+    return current.linear;
+  else
+    return checked_inverse(current.linear,
+                           "least_squares_estimator: the transform cannot be inverted")
+        .transpose();
 }
 
 /// Which of the two terms that have a vector kernel a metric is made of, and whether of these only.
@@ -120,9 +134,10 @@ template <Scalar S, class Metric>
                    const double residual =
                        is_plane ? std::abs(along_normals[k]) : std::sqrt(squared_distances[k]);
                    out[k] = 0;
-                   if (std::isfinite(residual))
-                     out[k] = weight * double(evaluate_pair<double>(by, s, t, double(distance))) *
-                              double(evaluate_pair<double>(robust, s, t, residual));
+                   if (!std::isfinite(residual)) continue;
+                   out[k] = weight * double(evaluate_pair<double>(by, s, t, double(distance))) *
+                            double(evaluate_pair<double>(robust, s, t, residual));
+                   expect_weight(out[k]);
                  }
                });
   };
@@ -138,7 +153,7 @@ template <Scalar S>
                                                 const execution& how);
 
 /// Of any metric and model.
-template <Scalar S, int D, class Metric, Parameterization Model>
+template <Scalar S, int D, class Metric, MotionModel Model>
 [[nodiscard]] auto sum_any_equations(const registered_surfaces<S, D>& surfaces,
                                      const affine_parts<double, D>& current,
                                      std::span<const correspondence<S>> pairs, const Metric& metric,
@@ -146,9 +161,10 @@ template <Scalar S, int D, class Metric, Parameterization Model>
     -> equation_sums<D, unknowns_of<Model, D>> {
   const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
   const equation_sums<D, unknowns_of<Model, D>> zero{dimension, Model::unknowns(dimension)};
+  const auto turn = turn_of<Metric, Model>(current);
   return ordered_sum(std::ssize(pairs), how, zero, [&](auto& sums, index_t i) {
     const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
-    const auto pair = pair_in<Metric>(surfaces, current, s, t);
+    const auto pair = pair_in<Metric>(surfaces, current, turn, s, t);
     const double square = (pair.point - pair.target).squaredNorm();
     if (!std::isfinite(square)) return;
     ++sums.pairs;
@@ -158,7 +174,7 @@ template <Scalar S, int D, class Metric, Parameterization Model>
 }
 
 /// The sums over pairs, in parallel and with the same bits for any number of threads.
-template <Scalar S, int D, class Metric, Parameterization Model>
+template <Scalar S, int D, class Metric, MotionModel Model>
 [[nodiscard]] auto sum_equations(const registered_surfaces<S, D>& surfaces,
                                  const affine_parts<double, D>& current,
                                  std::span<const correspondence<S>> pairs, const Metric& metric,
@@ -175,9 +191,9 @@ template <Scalar S, int D, class Metric, Parameterization Model>
 /// of motion, with any solver. Normal equations are summed in double.
 ///
 /// Directions that the residuals do not see stay as they are. A source normal counts as fixed
-/// within a step, and moves with the linear part between steps. Views target and source.
-export template <Scalar S, int D, class Metric = point_to_plane,
-                 Parameterization Model = rigid_motion,
+/// within a step, and moves between steps, by the inverse transpose of the linear part. Views
+/// target and source.
+export template <Scalar S, int D, class Metric = point_to_plane, MotionModel Model = rigid_motion,
                  NormalEquationSolver Solver = truncated_solver>
   requires RegistrationMetric<Metric, closed_dimension<D>>
 class least_squares_estimator {
@@ -240,10 +256,11 @@ class least_squares_estimator {
             "least_squares_estimator: transform and points must have the same dimension");
     expect_pairs_of(surfaces_, pairs);
     const affine_parts<double, C> current{transform};
+    const auto turn = turn_of<Metric, Model>(current);
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
       const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
-      const auto pair = pair_in<Metric>(surfaces_, current, s, t);
+      const auto pair = pair_in<Metric>(surfaces_, current, turn, s, t);
       double square = 0, last = 0;
       int rows = 0;
       with_terms(metric_, [&](const auto& term, const auto&...) {

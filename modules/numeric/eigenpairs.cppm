@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.core:eigenpairs;
+export module cilantro.numeric:eigenpairs;
 
 import cilantro.standard;
-import cilantro.eigen;
-import :error;
-import :execution;
-import :points;
+import cilantro.core;
 
 namespace cilantro {
 

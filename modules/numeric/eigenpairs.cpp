@@ -4,7 +4,7 @@ module;
 #include <cmath>
 #include <cstdint>
 #include <vector>
-module cilantro.core;
+module cilantro.numeric;
 
 namespace cilantro {
 namespace {

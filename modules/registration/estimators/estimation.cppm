@@ -20,6 +20,9 @@ template <Scalar S, int C, PointsSource P>
                                     points_view<S, C>{normals_in(points)}};
 }
 
+/// A rigid motion of more has over 500 unknowns, whose equations are dense.
+inline constexpr index_t most_dimensions = 32;
+
 /// The two surfaces of a registration, and what is counted of them once.
 template <Scalar S, int D>
 struct registered_surfaces {
@@ -35,6 +38,10 @@ struct registered_surfaces {
                 target.points.dimension() == source.points.dimension(),
             "registration: target and source must have the same dimension");
     dimension = target.points.empty() ? source.points.dimension() : target.points.dimension();
+    expects(dimension <= most_dimensions, "registration: points of " + std::to_string(dimension) +
+                                              " coordinates have too many unknowns; at most " +
+                                              std::to_string(most_dimensions) +
+                                              " are taken. Is each point a column?");
     center = point_vector<double, D>::Zero(dimension);
     index_t finite_targets = 0;
     for (const auto& p : target.points)
@@ -152,7 +159,7 @@ struct moved_map {
                                  const Eigen::VectorXd& mean);
 
 /// The step that a motion around the centre makes of a transform; `fit` is still to be filled in.
-template <class T, Parameterization Model, int D>
+template <class T, MotionModel Model, int D>
 [[nodiscard]] registration_step<T> step_to(const Model& model, const motion_step& move,
                                            const affine_parts<double, D>& current,
                                            const Eigen::VectorXd& center,

@@ -20,9 +20,9 @@ export using motion_step = affine_parts<double, dynamic>;
 /// possible motion, so that motions may be written around any centre. All of it is pure; the point
 /// type is any Eigen vector of double. `transform<S, D>` is the type of transform that it yields,
 /// `rigid_transform` or `affine_transform`.
-/// Models: `rigid_motion`, `affine_motion`; `check_parameterization` tests yours.
+/// Models: `rigid_motion`, `affine_motion`; `check_motion_model` tests yours.
 export template <class P>
-concept Parameterization =
+concept MotionModel =
     requires(const P& model, index_t dimension, const Eigen::VectorXd& vector, double* row) {
       typename P::template transform<float, 3>;
       requires AffineMap<typename P::template transform<double, 2>>;
@@ -80,10 +80,10 @@ export struct affine_motion {
   [[nodiscard]] static motion_step step(const Eigen::VectorXd& unknowns, index_t dimension);
 };
 
-static_assert(Parameterization<rigid_motion> && Parameterization<affine_motion>);
+static_assert(MotionModel<rigid_motion> && MotionModel<affine_motion>);
 
 /// The velocities at `y`, one column an unknown.
-template <Parameterization P>
+template <MotionModel P>
 [[nodiscard]] Eigen::MatrixXd velocities(const P& model, const Eigen::VectorXd& y) {
   const index_t d = y.size(), u = P::unknowns(d);
   Eigen::MatrixXd rows(u, d);
@@ -108,7 +108,7 @@ struct velocity_field {
   [[nodiscard]] Eigen::MatrixXd recentering(const Eigen::VectorXd& center) const;
 };
 
-template <Parameterization P>
+template <MotionModel P>
 [[nodiscard]] velocity_field velocities_of(const P& model, index_t dimension) {
   velocity_field field{velocities(model, Eigen::VectorXd::Zero(dimension)), {}};
   for (index_t k = 0; k < dimension; ++k)

@@ -102,6 +102,7 @@ class nearest_neighbor_searcher {
   template <PointMap<D> M>
     requires std::same_as<typename M::Scalar, S>
   void find(const M& map, memory& known, correspondences<S>& out) const {
+    expect_moves(map, source_, "nearest_neighbor_searcher");
     if (known.owner != engine_) known = {engine_, {}, {}, {}};
     if constexpr (AffineMap<M>) {
       engine_->find(affine_parts<S, C>{map}, RigidMap<M>, known, out);

@@ -125,7 +125,7 @@ export struct generalized_icp {
   }
 };
 
-/// A term with weights: a factor, a `PairEvaluator` of source index, target index and the distance
+/// A term with weights: a factor, a `PairWeight` of source index, target index and the distance
 /// that the search found, and a robust kernel of the residual's length, which makes the solution
 /// one of iteratively reweighted least squares: `weighted_term{point_to_plane{}, 1, {},
 /// huber{0.01}}`.
@@ -191,7 +191,7 @@ template <class T, int D>
 inline constexpr bool is_metric = ResidualTerm<T, D>;
 template <class T, class P, class K, int D>
 inline constexpr bool is_metric<weighted_term<T, P, K>, D> =
-    ResidualTerm<T, D> && PairEvaluator<P, double> && PairEvaluator<K, double>;
+    ResidualTerm<T, D> && PairWeight<P, double> && PairWeight<K, double>;
 template <class... T, int D>
 inline constexpr bool is_metric<combined_metric<T...>, D> =
     ((!is_combined<T> && is_metric<T, D>) && ...);
@@ -241,26 +241,81 @@ template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class F>
   return pair;
 }
 
-/// A pair as a metric sees it once `map` has moved the source, for estimators of yours. Normals of
-/// the source that the metric needs are those that `map.normal` gives. Precondition: the points and
-/// the normals that the metric needs are there.
-export template <class Metric, Scalar S, int D, class M>
-  requires RegistrationMetric<Metric, D> && PointMap<M, D> && std::same_as<typename M::Scalar, S> &&
-           (!needs_source_normals<Metric> || NormalMap<M, D>)
-[[nodiscard]] matched_pair<D> match(const Metric&, const M& map,
-                                    const oriented_points_view<S, D>& source,
-                                    const oriented_points_view<S, D>& target,
-                                    const correspondence<S>& pair) {
-  const auto [s, t, distance] = pair;
-  const point_vector<S, D> moved = moved_point(map, s, source.points[s]);
-  return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
-      point_vector<double, D>{moved.template cast<double>()}, target, s, t, [&] {
-        if constexpr (needs_source_normals<Metric>)
-          return point_vector<double, D>{
-              normals_moved_by<D>(map)(s, source.normals[s]).template cast<double>()};
-        else
-          return point_vector<double, D>{};
-      });
+/// Pairs as a metric sees them once a `PointMap` has moved the source, for estimators of yours:
+/// `matcher(pair)`. An affine map moves points in double, a field in its own scalar. Keeps a field
+/// by reference, and views the points.
+export template <class Metric, class M, Scalar S, int D>
+class pair_matcher {
+ public:
+  /// Throws `invalid_input` for a map of another dimension or number of points, and if the metric
+  /// needs normals that the points have not.
+  pair_matcher(const Metric&, const M& map [[clang::lifetimebound]],
+               const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target)
+      : source_{source}, target_{target}, move_{mover(map)}, turn_{turner(map)} {
+    expect_moves(map, source.points, "pair_matcher");
+    expects(!needs_source_normals<Metric> || source.has_normals() || source.points.empty(),
+            "pair_matcher: the metric needs normals of the source; estimate them first");
+    expects(!needs_target_normals<Metric> || target.has_normals() || target.points.empty(),
+            "pair_matcher: the metric needs normals of the target; estimate them first");
+  }
+  /// Of clouds, and of any points with normals.
+  template <BorrowedPoints P, BorrowedPoints T>
+    requires(!std::same_as<std::remove_cvref_t<P>, oriented_points_view<S, D>>)
+  pair_matcher(const Metric& metric, const M& map [[clang::lifetimebound]], P&& source, T&& target)
+      : pair_matcher{metric, map, oriented_points_view<S, D>{as_points(source), normals_in(source)},
+                     oriented_points_view<S, D>{as_points(target), normals_in(target)}} {
+    expect_same_origin(source, target, "pair_matcher");
+  }
+
+  /// Throws `invalid_input` for a pair of other points.
+  [[nodiscard]] matched_pair<D> operator()(const correspondence<S>& pair) const {
+    const index_t s = pair.source;
+    expects(0 <= s && s < source_.points.size() && 0 <= pair.target &&
+                pair.target < target_.points.size(),
+            "pair_matcher: the pair is not of these points");
+    return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
+        move_(s, source_.points[s]), target_, s, pair.target,
+        [&] { return turn_(s, source_.normals[s]); });
+  }
+
+ private:
+  static_assert(RegistrationMetric<Metric, D> && PointMap<M, D> &&
+                std::same_as<typename M::Scalar, S>);
+  static_assert(!needs_source_normals<Metric> || NormalMap<M, D>,
+                "the metric needs normals of the source, and the map has no member normal(i, n)");
+  using vector = point_vector<double, D>;
+
+  static auto mover(const M& map) {
+    if constexpr (AffineMap<M>)
+      return [move = affine_parts<double, D>{map}](index_t, const auto& p) { return move(p); };
+    else
+      return [&map](index_t s, const auto& p) {
+        return vector{moved_point(map, s, p).template cast<double>()};
+      };
+  }
+  static auto turner(const M& map) {
+    if constexpr (needs_source_normals<Metric>)
+      return [turn = normals_moved_by<D>(map)](index_t s, const auto& n) {
+        return vector{turn(s, n).template cast<double>()};
+      };
+    else
+      return [](index_t, const auto&) { return vector{}; };
+  }
+
+  oriented_points_view<S, D> source_, target_;
+  decltype(mover(std::declval<const M&>())) move_;
+  decltype(turner(std::declval<const M&>())) turn_;
+};
+
+export template <class Metric, class M, PointsSource P, PointsSource T>
+pair_matcher(const Metric&, const M&, P&&, T&&)
+    -> pair_matcher<Metric, M, scalar_of<P>, dimension_of<P>>;
+
+/// Throws `invalid_input` for what is no weight.
+inline void expect_weight(double weight) {
+  if (!(weight >= 0))
+    throw invalid_input{"registration: a pair has the weight " + in_digits(weight) +
+                        ", by its term, its pair weight or its robust kernel"};
 }
 
 /// The rows of one term for one pair, as `weighted_rows` says.
@@ -272,10 +327,12 @@ void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel
   if constexpr (!std::same_as<Kernel, unit_weight>) {
     double square = 0;
     term(pair, [&](double value, const vector&, const auto&...) { square += value * value; });
+    if (!std::isfinite(square)) return;
     weight *= double(
         evaluate_pair<double>(robust, pair.source_index, pair.target_index, std::sqrt(square)));
   }
-  if (!(weight > 0)) return;
+  expect_weight(weight);
+  if (weight == 0) return;
   const auto add = [&](double value, const vector& gradient, const vector& at) {
     if (std::isfinite(value)) emit(weight, value, gradient, at);
   };
@@ -288,9 +345,11 @@ void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel
 }
 
 /// The rows of a metric for one pair, in the order of its terms: `emit(weight, value, gradient,
-/// at)`, where the gradient acts at the place `at`. For estimators of yours: each row adds
-/// weight · value² to what is minimised, with the weights of iteratively reweighted least squares.
-/// `distance` is the pair's own. Rows without weight, or whose value is not finite, are left out.
+/// at)`: how much the row counts, its residual, the derivative of that by the moved point, and the
+/// place that moves with it, the moved point but for `symmetric`. For estimators of yours: each row
+/// adds weight · value² to what is minimised, with the weights of iteratively reweighted least
+/// squares. `distance` is the pair's own. Rows without weight, or whose value is not finite, are
+/// left out.
 export template <int D, class Metric, class Emit>
   requires RegistrationMetric<Metric, D>
 void weighted_rows(const Metric& metric, const matched_pair<D>& pair, double distance,

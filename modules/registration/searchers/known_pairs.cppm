@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.registration:oracle;
+export module cilantro.registration:known_pairs;
 
 import cilantro.standard;
 import cilantro.core;
@@ -11,32 +11,32 @@ namespace cilantro {
 /// every transform or field of them, and `max_distance`, `one_to_one` and `fraction` applied to
 /// those. Direction and reciprocity have no meaning here. Views target and source.
 export template <Scalar S, int D>
-class oracle_searcher {
+class known_pairs_searcher {
  public:
   /// Throws `invalid_input` for an index that is out of range, points of different dimension, or
   /// options that make no sense.
   template <BorrowedPoints T, BorrowedPoints P>
-  oracle_searcher(P&& source, T&& target, correspondences<S> pairs,
-                  const correspondence_options& options = {})
+  known_pairs_searcher(P&& source, T&& target, correspondences<S> pairs,
+                       const correspondence_options& options = {})
       : target_{as_points(std::forward<T>(target))},
         source_{as_points(std::forward<P>(source))},
         pairs_{std::move(pairs)},
         options_{options} {
     expect_valid(options);
-    expect_same_origin(source, target, "oracle_searcher");
+    expect_same_origin(source, target, "known_pairs_searcher");
     expects(pairs_.empty() || target_.dimension() == source_.dimension(),
-            "oracle_searcher: target and source must have the same dimension");
+            "known_pairs_searcher: target and source must have the same dimension");
     for (const auto& pair : pairs_)
       expects(0 <= pair.target && pair.target < target_.size() && 0 <= pair.source &&
                   pair.source < source_.size(),
-              "oracle_searcher: the index of a pair is out of range");
+              "known_pairs_searcher: the index of a pair is out of range");
   }
 
   /// As `CorrespondenceSearcher` says. O(pairs).
   template <PointMap<D> M>
     requires std::same_as<typename M::Scalar, S>
   void find(const M& map, correspondences<S>& out) const {
-    expect_moves(map, source_, "oracle_searcher");
+    expect_moves(map, source_, "known_pairs_searcher");
     out = pairs_;
     for (auto& pair : out)
       pair.distance =
@@ -50,7 +50,7 @@ class oracle_searcher {
   correspondence_options options_;
 };
 export template <PointsSource T, PointsSource P>
-oracle_searcher(T&&, P&&, correspondences<scalar_of<T>>, correspondence_options = {})
-    -> oracle_searcher<scalar_of<T>, dimension_of<T>>;
+known_pairs_searcher(T&&, P&&, correspondences<scalar_of<T>>, correspondence_options = {})
+    -> known_pairs_searcher<scalar_of<T>, dimension_of<T>>;
 
 }  // namespace cilantro

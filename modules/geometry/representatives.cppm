@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.geometry:voxel_pick;
+export module cilantro.geometry:representatives;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
+import :groups;
 import :voxel_grid;
 
 namespace cilantro {
 
 /// What stands for a cell when a cloud is reduced to one point per cell.
-export enum class voxel_pick {
+export enum class voxel_representative {
   mean,               ///< The mean of its points: a new point.
   first,              ///< Its first point.
   nearest_to_center,  ///< The point nearest to the centre of the cell, or the first of several.
@@ -54,43 +55,15 @@ export template <PointwiseVectors P>
 /// Throws `invalid_input` if normals are to be compared and the points have none.
 export template <PointsSource P>
 [[nodiscard]] std::vector<std::int32_t> representatives(
-    const P& points, const voxel_grid<scalar_of<P>, dimension_of<P>>& grid, voxel_pick pick,
-    const execution& how = {}) {
-  expects(pick != voxel_pick::mean, "representatives: a mean is none of the points");
-  if (pick == voxel_pick::first) return first_of_groups(grid.groups());
-  if (pick == voxel_pick::nearest_to_center) return nearest_to_centers(points, grid, how);
+    const P& points, const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
+    voxel_representative pick, const execution& how = {}) {
+  expects(pick != voxel_representative::mean, "representatives: a mean is none of the points");
+  if (pick == voxel_representative::first) return first_of_groups(grid.groups());
+  if (pick == voxel_representative::nearest_to_center) return nearest_to_centers(points, grid, how);
   const auto normals = normals_in(points);
   expects(!normals.empty() || points_in(points).empty(),
           "representatives: there are no normals to compare; estimate them first");
   return medoids_of_normals(normals, grid.groups(), how);
-}
-
-/// How `voxel_downsample` reduces points or a cloud.
-export struct voxel_downsample_options {
-  index_t min_points = 1;                  ///< Cells with fewer points are left out.
-  std::optional<coordinates> origin = {};  ///< A corner that cells share; zero if none is given.
-  voxel_pick pick = voxel_pick::mean;      ///< What stands for a cell.
-  int threads = 0;
-  task_monitor monitor = {};
-};
-
-/// One point per occupied cell of a grid, in the order of `voxel_grid`: the mean of the points in
-/// it, or one of them. Non-finite points are dropped. Throws as `voxel_grid` and `representatives`
-/// do.
-export template <PointsSource P>
-[[nodiscard]] auto voxel_downsample(const P& points, const voxel_size& size,
-                                    const voxel_downsample_options& options = {})
-    -> point_matrix<scalar_of<P>, dimension_of<P>> {
-  expect_local(points, "voxel_downsample");
-  const auto view = points_in(points);
-  const voxel_grid grid{
-      view, size, {options.min_points, options.origin, options.threads, options.monitor}};
-  const execution how{.threads = options.threads};
-  if (options.pick == voxel_pick::mean) return group_means(points, grid.groups(), how);
-  const auto picked = representatives(points, grid, options.pick, how);
-  point_matrix<scalar_of<P>, dimension_of<P>> kept(view.dimension(), std::ssize(picked));
-  for (index_t k = 0; k < kept.cols(); ++k) kept.col(k) = view[picked[static_cast<std::size_t>(k)]];
-  return kept;
 }
 
 }  // namespace cilantro

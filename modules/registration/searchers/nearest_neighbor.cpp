@@ -239,21 +239,26 @@ void nearest_neighbor_engine<S, D>::find_backward(const source_motion& motion,
                        query_map<S, D>::backward(*motion.transform), limit * S(1.001), tracked,
                        is_wanted, options_.threads);
   }
-  point_matrix<S, D> moved(source_.dimension(), source_.size());
-  for (index_t s = 0; s < source_.size(); ++s) moved.col(s) = motion.place_of(source_, s);
+  point_matrix<S, D> by_transform;
+  points_view<S, D> moved = motion.moved;
+  if (motion.transform) {
+    by_transform.resize(source_.dimension(), source_.size());
+    parallel_for(source_.size(), {.threads = options_.threads},
+                 [&](index_t s) { by_transform.col(s) = (*motion.transform)(source_[s]); });
+    moved = as_points(by_transform);
+  }
   tracked.is_known = false;
   const kd_tree<S, D> tree{moved, {.threads = options_.threads}};
-  track<S, D>(tree, points_view<S, D>{points_in(moved)}, target_tree_, target_,
-              query_map<S, D>::identity(source_.dimension()), limit, tracked, is_wanted,
-              options_.threads);
+  track<S, D>(tree, moved, target_tree_, target_, query_map<S, D>::identity(source_.dimension()),
+              limit, tracked, is_wanted, options_.threads);
+  // It is known of points that are gone, and in other coordinates than a rigid search asks in.
+  tracked.is_known = false;
 }
 
 template <Scalar S, int D>
 void nearest_neighbor_engine<S, D>::find(const affine_parts<S, D>& transform, bool is_rigid,
                                          nearest_neighbor_memory<S>& memory,
                                          correspondences<S>& out) const {
-  expects(target_.empty() || source_.empty() || transform.translation.size() == target_.dimension(),
-          "nearest_neighbor_searcher: transform and points must have the same dimension");
   find(source_motion{&transform, is_rigid, {}}, memory, out);
 }
 

@@ -40,9 +40,10 @@ class point_features {
 
   [[nodiscard]] points_view<S, D> target() const { return target_; }
   [[nodiscard]] index_t source_size() const { return source_.size(); }
-  /// Throws `invalid_input` for a map of another dimension or number of points.
+  /// Keeps the map by reference. Throws `invalid_input` for one of another dimension or number of
+  /// points.
   template <PointMap<D> M>
-  [[nodiscard]] auto moved_by(const M& map) const {
+  [[nodiscard]] auto moved_by(const M& map [[clang::lifetimebound]]) const {
     expect_moves(map, source_, "point_features");
     return [this, &map](index_t i, S* out) {
       Eigen::Map<point_vector<S, D>>{out, source_.dimension()} = moved_point(map, i, source_[i]);
@@ -78,10 +79,10 @@ class joint_features {
 
   [[nodiscard]] points_view<S, dynamic> target() const { return as_points(features_); }
   [[nodiscard]] index_t source_size() const { return source_.points.size(); }
-  /// Throws `invalid_input` for a map of another dimension or number of points, and for one that
-  /// does not say what becomes of normals, where they have a weight.
+  /// Keeps the map by reference. Throws `invalid_input` for one of another dimension or number of
+  /// points, and for one that does not say what becomes of normals, where they have a weight.
   template <PointMap<D> M>
-  [[nodiscard]] auto moved_by(const M& map) const {
+  [[nodiscard]] auto moved_by(const M& map [[clang::lifetimebound]]) const {
     expect_moves(map, source_.points, "joint_features");
     using vector = point_vector<S, D>;
     std::function<vector(index_t, const vector&)> turned;
@@ -119,6 +120,8 @@ class joint_features {
     for (const auto* set : std::initializer_list<const described_points*>{&target, &source_}) {
       expects(weights_.normals == 0 || set->normals.size() == set->points.size(),
               "joint_features: there is not one normal a point; estimate them first");
+      expects(weights_.normals == 0 || set->normals.empty() || set->normals.dimension() == d,
+              "joint_features: normals and points differ in dimension");
       expects(weights_.colors == 0 || set->colors.size() == set->points.size(),
               "joint_features: there is not one color a point");
     }

@@ -20,7 +20,7 @@ export struct same_distance {
 /// The nearest points in a `FeatureSpace`, under the same options as `nearest_neighbor_searcher`.
 ///
 /// Another judge may decide which pairs are accepted: a second `FeatureSpace` of the same points,
-/// or a `PairEvaluator` of source index, target index and distance. Pairs then have the distance
+/// or a `PairWeight` of source index, target index and distance. Pairs then have the distance
 /// that it says, and `max_distance` and all that follows apply to that.
 /// The target's tree is built once; the source's, for the other direction, in every search, since
 /// features may move in any way. Keeps a copy of space and judge.
@@ -49,7 +49,7 @@ class feature_searcher {
 
   /// As `CorrespondenceSearcher` says. O(N log M) in low dimension.
   template <class T>
-    requires FeatureSpace<Space, T> && (PairEvaluator<Judge, scalar> || FeatureSpace<Judge, T>)
+    requires FeatureSpace<Space, T> && (PairWeight<Judge, scalar> || FeatureSpace<Judge, T>)
   void find(const T& transform, correspondences<scalar>& out) const {
     out.clear();
     const auto target = space_.target();

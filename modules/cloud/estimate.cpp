@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.cloud;
+
+namespace cilantro {
+
+#define CILANTRO_INSTANTIATE(S, D)                                                         \
+  template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);          \
+  template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,        \
+                                              const normals_options&);                     \
+  template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&, \
+                                              const voxel_downsample_options&);            \
+  template point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D>, const coordinates&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

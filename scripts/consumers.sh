@@ -33,10 +33,11 @@ consume_silently() {
 project() { configure "$@" && cmake --build "$build"; }
 within() { consume -DCILANTRO_SOURCE="$source" "$@"; }
 # Its last argument: a part of the one sentence that must say why.
-refuse() {
+refuse() { refuse_project $projects "$@"; }
+refuse_project() {
   local because=${*: -1} said
   rm -rf "$build"
-  said=$(configure $projects "${@:1:$#-1}" 2>&1) && { echo "not refused: $because"; return 1; }
+  said=$(configure "${@:1:$#-1}" 2>&1) && { echo "not refused: $because"; return 1; }
   tr -s '\n ' ' ' <<< "$said" | sed 's|.*CMake Error|CMake Error|' | grep -F "$because"
 }
 skip() { echo "skipped: $*"; return 77; }
@@ -98,9 +99,7 @@ run_case() {
       cmake --install "$build"
       prefix="$installed;$prefix" build=$build/program project $projects/component/program
       "$build/program/program"
-      build=$build/refused
-      configure $projects/component/program -DCONSUMER_COMPONENT=none 2>&1 |
-        tr -s '\n ' ' ' | grep -F 'there is no component "none" beside this cilantro' ;;
+      refuse_project $projects/component/program -DCONSUMER_COMPONENT=none 'there is no component "none" beside this cilantro' ;;
     # One of the tree: not in the library, and not at all unless it is asked for.
     component/within)
       mkdir -p "$build/tree"

@@ -32,7 +32,7 @@ T reduce_values(const std::vector<T>& values, std::span<const std::int32_t> memb
   double sum = 0;
   index_t count = 0;
   for (const auto i : members) {
-    const T value = values[static_cast<std::size_t>(i)];
+    const T value = values[i];
     if (!std::isfinite(value)) continue;
     sum += double(value);
     ++count;
@@ -44,7 +44,7 @@ template <std::integral T>
 T reduce_values(const std::vector<T>& values, std::span<const std::int32_t> members,
                 std::vector<T>& room) {
   room.clear();
-  for (const auto i : members) room.push_back(values[static_cast<std::size_t>(i)]);
+  for (const auto i : members) room.push_back(values[i]);
   const auto median = room.begin() + (std::ssize(room) - 1) / 2;
   std::ranges::nth_element(room, median);
   return *median;
@@ -61,8 +61,7 @@ attribute select(const attribute& all, std::span<const std::int32_t> indices) {
                         [&]<class T>(const std::vector<T>& values) -> attribute_values {
                           std::vector<T> selected;
                           selected.reserve(indices.size());
-                          for (const auto i : indices)
-                            selected.push_back(values[static_cast<std::size_t>(i)]);
+                          for (const auto i : indices) selected.push_back(values[i]);
                           return selected;
                         },
                         all.values)};
@@ -72,7 +71,7 @@ attribute reduce(const attribute& all, const point_groups& groups) {
   return {all.name, std::visit(
                         [&]<class T>(const std::vector<T>& values) -> attribute_values {
                           std::vector<T> reduced, room;
-                          reduced.reserve(static_cast<std::size_t>(groups.size()));
+                          reduced.reserve(groups.size());
                           for (index_t g = 0; g < groups.size(); ++g)
                             reduced.push_back(reduce_values(values, groups[g], room));
                           return reduced;

@@ -12,7 +12,7 @@ namespace cilantro::detail {
 
 inline constexpr auto eight_bit_colors = [] {
   std::array<float, 256> all{};
-  for (int i = 0; i < 256; ++i) all[static_cast<std::size_t>(i)] = float(i) / 255.0f;
+  for (int i = 0; i < 256; ++i) all[i] = float(i) / 255.0f;
   return all;
 }();
 

@@ -13,15 +13,14 @@ namespace cilantro {
 template <Scalar S, int D>
 point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices) {
   point_matrix<S, D> selected(all.dimension(), std::ssize(indices));
-  for (index_t i = 0; i < selected.cols(); ++i)
-    selected.col(i) = all[indices[static_cast<std::size_t>(i)]];
+  for (index_t i = 0; i < selected.cols(); ++i) selected.col(i) = all[indices[i]];
   return selected;
 }
 
 template <Scalar S, int D>
 std::vector<std::int32_t> finite_columns(points_view<S, D> all) {
   std::vector<std::int32_t> finite;
-  finite.reserve(static_cast<std::size_t>(all.size()));
+  finite.reserve(all.size());
   for (index_t i = 0; i < all.size(); ++i)
     if (is_finite(all[i])) finite.push_back(static_cast<std::int32_t>(i));
   return finite;

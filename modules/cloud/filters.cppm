@@ -44,19 +44,19 @@ concept PointChoice = IndexRange<W> || MaskRange<W> || std::predicate<W, index_t
 /// index that is out of range, and for a mask of another size.
 template <PointChoice W>
 [[nodiscard]] std::vector<bool> mask_of(W&& which, index_t size, const char* who) {
-  std::vector<bool> mask(static_cast<std::size_t>(size));
+  std::vector<bool> mask(size);
   if constexpr (std::predicate<W, index_t>) {
-    for (index_t i = 0; i < size; ++i) mask[static_cast<std::size_t>(i)] = which(i);
+    for (index_t i = 0; i < size; ++i) mask[i] = which(i);
   } else if constexpr (MaskRange<W>) {
     index_t count = 0;
     for (const auto chosen : which) {
-      if (count < size) mask[static_cast<std::size_t>(count)] = static_cast<bool>(chosen);
+      if (count < size) mask[count] = static_cast<bool>(chosen);
       ++count;
     }
     expects(count == size, std::string{who} + ": the mask has " + std::to_string(count) +
                                " values, and the cloud has " + std::to_string(size) + " points");
   } else {
-    for (const auto i : which) mask[static_cast<std::size_t>(checked_index(i, size, who))] = true;
+    for (const auto i : which) mask[checked_index(i, size, who)] = true;
   }
   return mask;
 }
@@ -111,11 +111,11 @@ template <Scalar S, int D>
 point_cloud<S, D> keep(const point_cloud<S, D>& cloud, std::span<const std::int32_t> kept,
                        removed_indices removed) {
   if (removed) {
-    std::vector<bool> is_kept(static_cast<std::size_t>(cloud.size()));
-    for (const auto i : kept) is_kept[static_cast<std::size_t>(i)] = true;
+    std::vector<bool> is_kept(cloud.size());
+    for (const auto i : kept) is_kept[i] = true;
     removed->clear();
     for (index_t i = 0; i < cloud.size(); ++i)
-      if (!is_kept[static_cast<std::size_t>(i)]) removed->push_back(i);
+      if (!is_kept[i]) removed->push_back(i);
   }
   return gather(cloud, kept);
 }

@@ -103,9 +103,9 @@ class centroid_search {
                                                        S* lower,
                                                        std::span<std::int32_t> room) const {
     if constexpr (has_kernel)
-      return room.first(static_cast<std::size_t>(kernels<S, D>().doubtful(
-          points.data(), points.stride(), indices.data(), std::ssize(indices), in_rows(), centers,
-          own, upper, lower, room.data())));
+      return room.first(kernels<S, D>().doubtful(points.data(), points.stride(), indices.data(),
+                                                 std::ssize(indices), in_rows(), centers, own,
+                                                 upper, lower, room.data()));
     const S more = 1 + centers.slack, less = 1 - centers.slack;
     std::size_t found = 0;
     for (std::size_t i = 0; i < indices.size(); ++i) {

@@ -18,36 +18,34 @@ clusters::clusters(std::vector<label> labels) : labels_{std::move(labels)} {
   for (std::size_t i = 0; i < labels_.size(); ++i) {
     const label l = labels_[i];
     expects(l < std::ssize(labels_), "clusters: a label must be below the number of points");
-    if (l < 0 || counts[static_cast<std::size_t>(l)]++ > 0) continue;
-    first[static_cast<std::size_t>(l)] = static_cast<std::int32_t>(i);
+    if (l < 0 || counts[l]++ > 0) continue;
+    first[l] = static_cast<std::int32_t>(i);
     order.push_back(l);
   }
-  std::ranges::sort(order, {}, [&](label l) {
-    return std::pair{-counts[static_cast<std::size_t>(l)], first[static_cast<std::size_t>(l)]};
-  });
+  std::ranges::sort(order, {}, [&](label l) { return std::pair{-counts[l], first[l]}; });
 
   offsets_.assign(1, 0);
   std::vector<label> number(labels_.size());
   std::vector<index_t> next;
   for (const label l : order) {
-    number[static_cast<std::size_t>(l)] = static_cast<label>(next.size());
+    number[l] = static_cast<label>(next.size());
     next.push_back(offsets_.back());
-    offsets_.push_back(offsets_.back() + counts[static_cast<std::size_t>(l)]);
+    offsets_.push_back(offsets_.back() + counts[l]);
   }
-  members_.resize(static_cast<std::size_t>(offsets_.back()));
+  members_.resize(offsets_.back());
   for (std::size_t i = 0; i < labels_.size(); ++i) {
     if (labels_[i] < 0) {
       labels_[i] = none;
       continue;
     }
-    labels_[i] = number[static_cast<std::size_t>(labels_[i])];
-    const auto at = next[static_cast<std::size_t>(labels_[i])]++;
-    members_[static_cast<std::size_t>(at)] = static_cast<std::int32_t>(i);
+    labels_[i] = number[labels_[i]];
+    const auto at = next[labels_[i]]++;
+    members_[at] = static_cast<std::int32_t>(i);
   }
 }
 
 std::vector<index_t> clusters::sizes() const {
-  std::vector<index_t> all(static_cast<std::size_t>(size()));
+  std::vector<index_t> all(size());
   std::adjacent_difference(offsets_.begin() + 1, offsets_.end(), all.begin());
   return all;
 }
@@ -56,7 +54,7 @@ Eigen::Matrix<float, 3, dynamic> label_colors(std::span<const clusters::label> l
   constexpr float golden = 0.61803399f;  // Of a turn, which spreads any number of hues.
   Eigen::Matrix<float, 3, dynamic> colors(3, std::ssize(labels));
   for (index_t i = 0; i < colors.cols(); ++i) {
-    const auto l = labels[static_cast<std::size_t>(i)];
+    const auto l = labels[i];
     if (l < 0) {
       colors.col(i).setConstant(0.25f);
       continue;

@@ -27,7 +27,7 @@ export class clusters {
   [[nodiscard]] bool empty() const { return size() == 0; }
   /// The points of cluster c. Precondition: 0 <= c < size().
   [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const {
-    const auto begin = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(c)]);
+    const auto begin = static_cast<std::size_t>(offsets_[c]);
     const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(c) + 1]);
     return std::span{members_}.subspan(begin, end - begin);
   }

@@ -23,17 +23,17 @@ void expect_sensible(const components_options& options, index_t size) {
 clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belongs,
                        const components_options& options) {
   const index_t n = sets.size();
-  std::vector<clusters::label> labels(static_cast<std::size_t>(n));
+  std::vector<clusters::label> labels(n);
   std::vector<std::int32_t> counts(labels.size());
   for (index_t i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const bool is_in = belongs.empty() || belongs[at];
     labels[at] = is_in ? static_cast<clusters::label>(sets.find(i)) : clusters::none;
-    if (is_in) ++counts[static_cast<std::size_t>(labels[at])];
+    if (is_in) ++counts[labels[at]];
   }
   std::vector<bool> is_wanted(labels.size(), !options.seeds);
   if (options.seeds)
-    for (const index_t i : *options.seeds) is_wanted[static_cast<std::size_t>(sets.find(i))] = true;
+    for (const index_t i : *options.seeds) is_wanted[sets.find(i)] = true;
   for (auto& l : labels) {
     if (l < 0) continue;
     const auto root = static_cast<std::size_t>(l);

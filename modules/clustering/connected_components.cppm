@@ -62,7 +62,7 @@ export template <Scalar S, SimilarityFunction<S> F = always_similar>
 
 /// Which points have been joined, and which are in a set at all.
 struct joined_points {
-  explicit joined_points(index_t size) : sets{size}, belongs(static_cast<std::size_t>(size)) {}
+  explicit joined_points(index_t size) : sets{size}, belongs(size) {}
   disjoint_sets sets;
   std::vector<std::uint8_t> belongs;
 };
@@ -79,7 +79,7 @@ template <NeighborSearcher T, SimilarityFunction<typename T::scalar> F>
                         for (index_t q = 0; q < block.size(); ++q) {
                           const index_t i = block.query(q);
                           if (!is_finite(points[i])) continue;
-                          joined.belongs[static_cast<std::size_t>(i)] = 1;
+                          joined.belongs[i] = 1;
                           join_similar<S>(joined.sets, i, block[q], similar);
                         }
                       },

@@ -40,10 +40,8 @@ export template <NeighborSearcher T, PointsSource P>
   expects(n == index_t(searcher.size()), "dbscan: searcher and points must have the same size");
   expect_from(1, double(options.min_points), "dbscan: min_points");
   const double reach = options.radius;
-  std::vector<std::uint8_t> is_core(static_cast<std::size_t>(n));
-  const auto core = [&](index_t i) -> std::uint8_t& {
-    return is_core[static_cast<std::size_t>(i)];
-  };
+  std::vector<std::uint8_t> is_core(n);
+  const auto core = [&](index_t i) -> std::uint8_t& { return is_core[i]; };
   // Three passes, of which the second looks at whole neighbourhoods.
   const auto for_each = [&](double begin_share, double end_share, neighborhood_spec spec,
                             visit_options how, const auto& visit) {
@@ -73,11 +71,10 @@ export template <NeighborSearcher T, PointsSource P>
     const auto nearest =
         std::ranges::find_if(near, [&](const auto& found) { return core(found.index); });
     if (nearest != near.end())
-      labels[static_cast<std::size_t>(i)] =
-          static_cast<clusters::label>(sets.find((*nearest).index));
+      labels[i] = static_cast<clusters::label>(sets.find((*nearest).index));
   });
   for (index_t i = 0; i < n; ++i)
-    if (core(i)) labels[static_cast<std::size_t>(i)] = static_cast<clusters::label>(sets.find(i));
+    if (core(i)) labels[i] = static_cast<clusters::label>(sets.find(i));
   return {clusters{std::move(labels)}, std::move(is_core)};
 }
 

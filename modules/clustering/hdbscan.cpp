@@ -32,8 +32,7 @@ std::vector<edge> reachability_edges(const neighborhoods<S>& graph, index_t min_
   std::vector<edge> edges;
   for (index_t i = 0; i < graph.size(); ++i)
     for (const auto& [j, distance] : graph[i]) {
-      const double weight = std::max(
-          {core[static_cast<std::size_t>(i)], core[static_cast<std::size_t>(j)], double(distance)});
+      const double weight = std::max({core[i], core[j], double(distance)});
       if (i == j || weight == infinity) continue;
       edges.push_back({weight, static_cast<std::int32_t>(std::min(i, j)),
                        static_cast<std::int32_t>(std::max(i, j))});
@@ -55,9 +54,9 @@ struct merge {
 std::vector<merge> single_linkage(const std::vector<edge>& edges, index_t n) {
   disjoint_sets sets{n};
   // Of the set with a representative: its node, and its size.
-  std::vector<std::int32_t> node(static_cast<std::size_t>(n));
+  std::vector<std::int32_t> node(n);
   std::vector<index_t> size(static_cast<std::size_t>(n), 1);
-  for (index_t i = 0; i < n; ++i) node[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(i);
+  for (index_t i = 0; i < n; ++i) node[i] = static_cast<std::int32_t>(i);
   std::vector<merge> merges;
   const auto join = [&](index_t a, index_t b, double weight) {
     const auto x = static_cast<std::size_t>(sets.find(a)),
@@ -91,8 +90,8 @@ class condensed_tree {
       if (m.weight > 0) smallest = std::min(smallest, m.weight);
     // Equal points are at no distance: as if at half of the smallest one, so that λ is finite.
     most_ = smallest < infinity ? 2 / smallest : 1;
-    owner_.resize(static_cast<std::size_t>(n));
-    fallen_.resize(static_cast<std::size_t>(n));
+    owner_.resize(n);
+    fallen_.resize(n);
     build();
   }
 
@@ -102,11 +101,11 @@ class condensed_tree {
  private:
   /// Of a merge.
   [[nodiscard]] double lambda(std::int32_t node) const {
-    const double weight = merges_[static_cast<std::size_t>(node - n_)].weight;
+    const double weight = merges_[node - n_].weight;
     return weight > 0 ? std::min(1 / weight, most_) : most_;
   }
   [[nodiscard]] index_t size(std::int32_t node) const {
-    return node < n_ ? 1 : merges_[static_cast<std::size_t>(node - n_)].size;
+    return node < n_ ? 1 : merges_[node - n_].size;
   }
   void build();
   void parts_of(std::int32_t node, std::vector<std::int32_t>& parts) const;
@@ -144,8 +143,7 @@ void condensed_tree::build() {
       } else if (!splits) {
         open.emplace_back(part, cluster);
       } else {
-        clusters_[static_cast<std::size_t>(cluster)].stability +=
-            double(size(part)) * (at - clusters_[static_cast<std::size_t>(cluster)].birth);
+        clusters_[cluster].stability += double(size(part)) * (at - clusters_[cluster].birth);
         open.emplace_back(part, std::ssize(clusters_));
         clusters_.push_back({.birth = at, .parent = cluster});
       }
@@ -163,25 +161,25 @@ void condensed_tree::parts_of(std::int32_t node, std::vector<std::int32_t>& part
       ++i;
       continue;
     }
-    parts[i] = merges_[static_cast<std::size_t>(part - n_)].left;
-    parts.push_back(merges_[static_cast<std::size_t>(part - n_)].right);
+    parts[i] = merges_[part - n_].left;
+    parts.push_back(merges_[part - n_].right);
   }
 }
 
 /// All points below `node` leave their cluster.
 void condensed_tree::drop(std::int32_t node, index_t cluster, double at) {
   std::vector<std::int32_t> open{node};
-  auto& from = clusters_[static_cast<std::size_t>(cluster)];
+  auto& from = clusters_[cluster];
   while (!open.empty()) {
     const auto next = open.back();
     open.pop_back();
     if (next < n_) {
-      owner_[static_cast<std::size_t>(next)] = cluster;
-      fallen_[static_cast<std::size_t>(next)] = at;
+      owner_[next] = cluster;
+      fallen_[next] = at;
       from.stability += at - from.birth;
       continue;
     }
-    const auto& m = merges_[static_cast<std::size_t>(next - n_)];
+    const auto& m = merges_[next - n_];
     open.push_back(m.left);
     open.push_back(m.right);
   }
@@ -193,8 +191,7 @@ void condensed_tree::choose(bool allow_single_cluster) {
     auto& one = clusters_[c];
     // Sums in another order are rounded in another way, which must not decide.
     one.is_chosen = one.stability >= one.below * (1 - 1e-12) && (c > 0 || allow_single_cluster);
-    if (one.parent >= 0)
-      clusters_[static_cast<std::size_t>(one.parent)].below += std::max(one.stability, one.below);
+    if (one.parent >= 0) clusters_[one.parent].below += std::max(one.stability, one.below);
   }
   // Whatever lies below a chosen one belongs to it.
   std::vector<bool> inside(clusters_.size());
@@ -209,32 +206,27 @@ hdbscan_result condensed_tree::result() const {
   std::vector<index_t> chosen;  // Of each cluster: the chosen one that it is, or lies in.
   for (std::size_t c = 0; c < clusters_.size(); ++c) {
     const auto parent = clusters_[c].parent;
-    chosen.push_back(clusters_[c].is_chosen ? index_t(c)
-                     : parent >= 0          ? chosen[static_cast<std::size_t>(parent)]
-                                            : -1);
+    chosen.push_back(clusters_[c].is_chosen ? index_t(c) : parent >= 0 ? chosen[parent] : -1);
   }
   std::vector<clusters::label> labels(owner_.size(), clusters::none);
   std::vector<double> deepest(clusters_.size());
   std::vector<clusters::label> number(clusters_.size(), clusters::none);
   clusters::label next = 0;
   for (std::size_t i = 0; i < owner_.size(); ++i) {
-    const index_t c = chosen[static_cast<std::size_t>(owner_[i])];
+    const index_t c = chosen[owner_[i]];
     // What falls at λ = 0 is infinitely far from all others.
     if (c < 0 || !(fallen_[i] > 0)) continue;
-    auto& l = number[static_cast<std::size_t>(c)];
+    auto& l = number[c];
     if (l < 0) l = next++;
     labels[i] = l;
-    deepest[static_cast<std::size_t>(c)] =
-        std::max(deepest[static_cast<std::size_t>(c)], fallen_[i]);
+    deepest[c] = std::max(deepest[c], fallen_[i]);
   }
   hdbscan_result found{clusters{std::move(labels)}, {}, std::vector<double>(owner_.size())};
   for (const auto members : found) {
-    const auto of = static_cast<std::size_t>(
-        chosen[static_cast<std::size_t>(owner_[static_cast<std::size_t>(members.front())])]);
+    const auto of = static_cast<std::size_t>(chosen[owner_[members.front()]]);
     found.stabilities.push_back(clusters_[of].stability);
     for (const auto i : members)
-      found.strengths[static_cast<std::size_t>(i)] =
-          deepest[of] > 0 ? fallen_[static_cast<std::size_t>(i)] / deepest[of] : 1;
+      found.strengths[i] = deepest[of] > 0 ? fallen_[i] / deepest[of] : 1;
   }
   return found;
 }

@@ -47,7 +47,7 @@ class kmeans_run {
     centroids_.resize(points_.dimension(), k);
     index_t c = 0;
     for (const index_t f : distinct_sample(usable(), k, random))
-      centroids_.col(c++) = points_[finite_[static_cast<std::size_t>(f)]];
+      centroids_.col(c++) = points_[finite_[f]];
   }
   void start_far_apart(index_t k, random_stream random);
 
@@ -88,22 +88,21 @@ void kmeans_run<S, D, M>::start_far_apart(index_t k, random_stream random) {
   const index_t n = usable();
   constexpr index_t block_size = default_block_size;
   std::vector<double> cost_of(static_cast<std::size_t>(n), std::numeric_limits<double>::infinity());
-  std::vector<double> in_block(static_cast<std::size_t>((n + block_size - 1) / block_size));
+  std::vector<double> in_block((n + block_size - 1) / block_size);
   centroids_.resize(points_.dimension(), k);
   index_t chosen = random.below(n);
   for (index_t c = 0;;) {
-    centroids_.col(c++) = points_[finite_[static_cast<std::size_t>(chosen)]];
+    centroids_.col(c++) = points_[finite_[chosen]];
     if (c == k) return;
     parallel_blocks(n, block_size, how_, [&](index_t b, index_t begin, index_t end) {
       double sum = 0;
       for (index_t f = begin; f < end; ++f) {
-        auto& least = cost_of[static_cast<std::size_t>(f)];
-        least =
-            std::min(least, double(metric_sum(M{}, at(finite_[static_cast<std::size_t>(f)]),
-                                              centroids_.col(c - 1).data(), points_.dimension())));
+        auto& least = cost_of[f];
+        least = std::min(least, double(metric_sum(M{}, at(finite_[f]), centroids_.col(c - 1).data(),
+                                                  points_.dimension())));
         sum += least;
       }
-      in_block[static_cast<std::size_t>(b)] = sum;
+      in_block[b] = sum;
     });
     double total = 0;
     for (const double sum : in_block) total += sum;
@@ -113,11 +112,10 @@ void kmeans_run<S, D, M>::start_far_apart(index_t k, random_stream random) {
     }
     double rest = random.uniform() * total;
     index_t block = 0;
-    while (block + 1 < std::ssize(in_block) && rest >= in_block[static_cast<std::size_t>(block)])
-      rest -= in_block[static_cast<std::size_t>(block++)];
+    while (block + 1 < std::ssize(in_block) && rest >= in_block[block]) rest -= in_block[block++];
     // Rounding may leave a rest at the end: then the last point that can be drawn is.
     for (index_t f = block * block_size; f < n; ++f) {
-      const double cost = cost_of[static_cast<std::size_t>(f)];
+      const double cost = cost_of[f];
       if (cost > 0) chosen = f;
       rest -= cost;
       if (rest < 0) break;
@@ -130,17 +128,15 @@ template <Scalar S, int D, class M>
 bool kmeans_run<S, D, M>::assign() {
   const centroid_search<S, D, M> search{as_points(centroids_)};
   const index_t k = centroids_.cols();
-  std::vector<S> half(static_cast<std::size_t>(k));
-  for (index_t c = 0; c < k; ++c)
-    half[static_cast<std::size_t>(c)] = search.find(centroids_.col(c).data()).second / 2;
+  std::vector<S> half(k);
+  for (index_t c = 0; c < k; ++c) half[c] = search.find(centroids_.col(c).data()).second / 2;
   const S farthest_move = moved_.empty() ? S(0) : *std::ranges::max_element(moved_);
   // What all roundings of distances, and of bounds carried on from iteration to iteration, allow.
   const S slack = std::numeric_limits<S>::epsilon() *
                   S(32 + 2 * points_.dimension() + 4 * index_t{iterations_});
   const detail::moved_centers<S> centers{moved_.data(), half.data(), farthest_move, slack};
 
-  std::vector<std::vector<label>> touched(
-      static_cast<std::size_t>((usable() + default_block_size - 1) / default_block_size));
+  std::vector<std::vector<label>> touched((usable() + default_block_size - 1) / default_block_size);
   std::vector<index_t> evaluations(touched.size());
   parallel_blocks(usable(), default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
     const auto first = static_cast<std::size_t>(begin);
@@ -154,12 +150,11 @@ bool kmeans_run<S, D, M>::assign() {
       doubtful = search.doubtful(points_, block, centers, labels_.data() + begin,
                                  upper_.data() + begin, lower_.data() + begin, room);
     }
-    for (std::size_t k = 0; k < doubtful.size(); ++k)
-      some[k] = block[static_cast<std::size_t>(doubtful[k])];
+    for (std::size_t k = 0; k < doubtful.size(); ++k) some[k] = block[doubtful[k]];
     std::vector<typename centroid_search<S, D, M>::result> found;
     search.find(points_, std::span{some}.first(doubtful.size()), found);
-    evaluations[static_cast<std::size_t>(b)] = std::ssize(doubtful);
-    auto& changes = touched[static_cast<std::size_t>(b)];
+    evaluations[b] = std::ssize(doubtful);
+    auto& changes = touched[b];
     for (std::size_t k = 0; k < doubtful.size(); ++k) {
       const auto f = first + static_cast<std::size_t>(doubtful[k]);
       const auto& [nearest, to_nearest, to_second] = found[k];
@@ -176,7 +171,7 @@ bool kmeans_run<S, D, M>::assign() {
   dirty_.assign(static_cast<std::size_t>(k), 0);
   for (const auto& changes : touched)
     for (const label c : changes)
-      if (c >= 0) dirty_[static_cast<std::size_t>(c)] = 1;
+      if (c >= 0) dirty_[c] = 1;
   return std::ranges::any_of(dirty_, [](auto is_dirty) { return is_dirty != 0; });
 }
 
@@ -185,9 +180,9 @@ void kmeans_run<S, D, M>::update() {
   const point_matrix<S, D> before = centroids_;
   find_centers();
   fill_empty();
-  moved_.resize(static_cast<std::size_t>(centroids_.cols()));
+  moved_.resize(centroids_.cols());
   for (index_t c = 0; c < centroids_.cols(); ++c)
-    moved_[static_cast<std::size_t>(c)] = M::distance(
+    moved_[c] = M::distance(
         metric_sum(M{}, before.col(c).data(), centroids_.col(c).data(), centroids_.rows()));
 }
 
@@ -209,19 +204,19 @@ void kmeans_run<S, D, M>::find_means() {
   const index_t k = centroids_.cols(), dimension = centroids_.rows();
   const index_t block_size = std::max<index_t>(16 * default_block_size, 8 * k);
   const index_t blocks = (usable() + block_size - 1) / block_size;
-  std::vector<point_matrix<double, D>> sums(static_cast<std::size_t>(blocks));
+  std::vector<point_matrix<double, D>> sums(blocks);
   std::vector<std::vector<index_t>> counts(sums.size());
   const point_matrix<double, D> base = centroids_.template cast<double>();
   parallel_blocks(usable(), block_size, how_, [&](index_t b, index_t begin, index_t end) {
-    auto& sum = sums[static_cast<std::size_t>(b)];
-    auto& count = counts[static_cast<std::size_t>(b)];
+    auto& sum = sums[b];
+    auto& count = counts[b];
     sum.setZero(dimension, k);
-    count.resize(static_cast<std::size_t>(k));
+    count.resize(k);
     // Neighbours in memory are often of one centre, whose sum then stays in registers.
     for (auto f = static_cast<std::size_t>(begin); f < static_cast<std::size_t>(end);) {
       const label own = labels_[f];
       const auto start = f;
-      if (dirty_[static_cast<std::size_t>(own)]) {
+      if (dirty_[own]) {
         point_vector<double, D> part = point_vector<double, D>::Zero(dimension);
         const point_vector<double, D> from = base.col(own);
         for (; f < static_cast<std::size_t>(end) && labels_[f] == own; ++f)
@@ -230,7 +225,7 @@ void kmeans_run<S, D, M>::find_means() {
       } else {
         while (f < static_cast<std::size_t>(end) && labels_[f] == own) ++f;
       }
-      count[static_cast<std::size_t>(own)] += static_cast<index_t>(f - start);
+      count[own] += static_cast<index_t>(f - start);
     }
   });
   count_.assign(static_cast<std::size_t>(k), 0);
@@ -252,16 +247,14 @@ void kmeans_run<S, D, M>::find_medians() {
   for (std::size_t c = 1; c < offsets.size(); ++c) offsets[c] += offsets[c - 1];
   std::vector<std::int32_t> members(finite_.size());
   std::vector<index_t> next(offsets.begin(), offsets.end() - 1);
-  for (std::size_t f = 0; f < finite_.size(); ++f)
-    members[static_cast<std::size_t>(next[static_cast<std::size_t>(labels_[f])]++)] = finite_[f];
+  for (std::size_t f = 0; f < finite_.size(); ++f) members[next[labels_[f]]++] = finite_[f];
   parallel_blocks(centroids_.cols(), 1, how_, [&](index_t c, index_t, index_t) {
     const auto own = static_cast<std::size_t>(c);
     if (!dirty_[own] || count_[own] == 0) return;
     std::vector<S> values;
     for (index_t d = 0; d < centroids_.rows(); ++d) {
       values.clear();
-      for (index_t m = offsets[own]; m < offsets[own + 1]; ++m)
-        values.push_back(at(members[static_cast<std::size_t>(m)])[d]);
+      for (index_t m = offsets[own]; m < offsets[own + 1]; ++m) values.push_back(at(members[m])[d]);
       const auto middle = values.begin() + (std::ssize(values) - 1) / 2;
       std::ranges::nth_element(values, middle);
       centroids_(d, c) = *middle;
@@ -285,7 +278,7 @@ void kmeans_run<S, D, M>::fill_empty() {
   for (std::size_t c = 0; c < count_.size(); ++c) {
     if (count_[c] > 0) continue;
     const auto donor = [&](const auto& one) {
-      return static_cast<std::size_t>(labels_[static_cast<std::size_t>(one.index)]);
+      return static_cast<std::size_t>(labels_[one.index]);
     };
     while (next != far.end() && count_[donor(*next)] < 2) ++next;
     if (next == far.end() || !(next->distance > 0)) break;
@@ -323,13 +316,12 @@ kmeans_result<S, D, M> kmeans_run<S, D, M>::result() {
     sum += cost(search.distance(usable_at(at), labels_[at]));
   });
   std::vector<label> labels(static_cast<std::size_t>(points_.size()), clusters::none);
-  for (std::size_t f = 0; f < finite_.size(); ++f)
-    labels[static_cast<std::size_t>(finite_[f])] = labels_[f];
+  for (std::size_t f = 0; f < finite_.size(); ++f) labels[finite_[f]] = labels_[f];
   kmeans_result<S, D, M> found{clusters{labels}, {},         inertia,
                                iterations_,      converged_, evaluations_};
   found.centroids.resize(centroids_.rows(), found.size());
   for (index_t c = 0; c < found.size(); ++c)
-    found.centroids.col(c) = centroids_.col(labels[static_cast<std::size_t>(found[c].front())]);
+    found.centroids.col(c) = centroids_.col(labels[found[c].front()]);
   return found;
 }
 
@@ -379,8 +371,7 @@ std::vector<label> closed_nearest(points_view<S, D> centroids, points_view<S, D>
   const S largest = largest_searchable_coordinate<S>(points.dimension());
   parallel_for(points.size(), how, [&](index_t i) {
     const S* point = points.data() + i * points.stride();
-    if (is_searchable(point, points.dimension(), largest))
-      labels[static_cast<std::size_t>(i)] = search.find(point).nearest;
+    if (is_searchable(point, points.dimension(), largest)) labels[i] = search.find(point).nearest;
   });
   return labels;
 }

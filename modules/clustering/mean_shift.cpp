@@ -22,7 +22,7 @@ merged_modes<S, D> merge_modes(points_view<S, D> places, std::span<const double>
   std::vector<std::int32_t> found;
   point_matrix<S, D> climbed(places.dimension(), places.size());
   for (index_t i = 0; i < places.size(); ++i)
-    if (densities[static_cast<std::size_t>(i)] > 0) {
+    if (densities[i] > 0) {
       climbed.col(std::ssize(found)) = places[i];
       found.push_back(static_cast<std::int32_t>(i));
     }
@@ -34,15 +34,14 @@ merged_modes<S, D> merge_modes(points_view<S, D> places, std::span<const double>
   merged.reached.assign(static_cast<std::size_t>(places.size()), clusters::none);
   merged.modes.resize(places.dimension(), near.size());
   for (index_t c = 0; c < near.size(); ++c) {
-    std::int32_t densest = found[static_cast<std::size_t>(near[c].front())];
+    std::int32_t densest = found[near[c].front()];
     for (const auto f : near[c]) {
-      const auto i = found[static_cast<std::size_t>(f)];
-      merged.reached[static_cast<std::size_t>(i)] = static_cast<clusters::label>(c);
-      if (densities[static_cast<std::size_t>(i)] > densities[static_cast<std::size_t>(densest)])
-        densest = i;
+      const auto i = found[f];
+      merged.reached[i] = static_cast<clusters::label>(c);
+      if (densities[i] > densities[densest]) densest = i;
     }
     merged.modes.col(c) = places[densest];
-    merged.densities.push_back(densities[static_cast<std::size_t>(densest)]);
+    merged.densities.push_back(densities[densest]);
   }
   return merged;
 }

@@ -58,19 +58,19 @@ template <Scalar S, int D, class SumAround>
   for (int step = 0; !all.moving.empty(); ++step) {
     places.resize(seeds.dimension(), std::ssize(all.moving));
     for (index_t k = 0; k < places.cols(); ++k) {
-      const auto seed = all.moving[static_cast<std::size_t>(k)];
+      const auto seed = all.moving[k];
       places.col(k) = all.places.col(seed);
-      all.densities[static_cast<std::size_t>(seed)] = 0;
+      all.densities[seed] = 0;
     }
     goes_on.assign(all.moving.size(), 0);
     sum_around(as_points(places), [&](index_t k, const kernel_sum<D>& sum) {
-      const auto seed = all.moving[static_cast<std::size_t>(k)];
-      all.densities[static_cast<std::size_t>(seed)] = sum.density;
+      const auto seed = all.moving[k];
+      all.densities[seed] = sum.density;
       if (!(sum.density > 0)) return;
       const point_vector<double, D> shift = sum.shift / sum.density;
       const bool is_at_rest = shift.norm() <= options.tolerance * bandwidth;
       if (is_at_rest) return;
-      goes_on[static_cast<std::size_t>(k)] = 1;
+      goes_on[k] = 1;
       if (step < options.max_iterations)
         all.places.col(seed) = (places.col(k).template cast<double>() + shift).template cast<S>();
     });
@@ -171,9 +171,9 @@ template <Scalar S, int D, Kernel K>
   static_cast<clusters&>(result) = clusters{labels};
   result.modes.resize(points.dimension(), result.size());
   for (index_t c = 0; c < result.size(); ++c) {
-    const auto mode = labels[static_cast<std::size_t>(result[c].front())];
+    const auto mode = labels[result[c].front()];
     result.modes.col(c) = merged.modes.col(mode);
-    result.densities.push_back(merged.densities[static_cast<std::size_t>(mode)]);
+    result.densities.push_back(merged.densities[mode]);
   }
   return result;
 }

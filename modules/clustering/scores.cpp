@@ -75,13 +75,13 @@ std::vector<double> closed_silhouettes(points_view<S, D> points,
   expects(std::ssize(labels) == points.size(), "silhouette: there must be one label a point");
   std::vector<clusters::label> counted(labels.begin(), labels.end());
   for (index_t i = 0; i < points.size(); ++i)
-    if (!is_finite(points[i])) counted[static_cast<std::size_t>(i)] = clusters::none;
+    if (!is_finite(points[i])) counted[i] = clusters::none;
   const clusters groups{std::move(counted)};
 
   std::vector<double> values(labels.size());
   parallel_blocks(points.size(), 64, how, [&](index_t, index_t begin, index_t end) {
     for (index_t i = begin; i < end; ++i) {
-      const auto own = groups.labels()[static_cast<std::size_t>(i)];
+      const auto own = groups.labels()[i];
       if (own < 0 || groups.size() < 2 || groups[own].size() < 2) continue;
       const Eigen::VectorXd p = points[i].template cast<double>();
       double inside = 0, outside = std::numeric_limits<double>::infinity();
@@ -94,7 +94,7 @@ std::vector<double> closed_silhouettes(points_view<S, D> points,
           outside = std::min(outside, sum / double(groups[c].size()));
       }
       const double larger = std::max(inside, outside);
-      values[static_cast<std::size_t>(i)] = larger > 0 ? (outside - inside) / larger : 0;
+      values[i] = larger > 0 ? (outside - inside) / larger : 0;
     }
   });
   return values;

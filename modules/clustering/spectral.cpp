@@ -61,7 +61,7 @@ component_problem problem_of(const sparse_matrix& w, std::span<const std::int32_
   const auto m = static_cast<std::int32_t>(nodes.size());
   sparse_matrix turned(m, m);
   for (std::int32_t row = 0; row < m; ++row) {
-    const auto i = nodes[static_cast<std::size_t>(row)];
+    const auto i = nodes[row];
     const double diagonal = plain ? shift - degree[i] : shift - 1;
     turned.startVec(row);
     bool is_stored = false;
@@ -78,7 +78,7 @@ component_problem problem_of(const sparse_matrix& w, std::span<const std::int32_
       if (j == i)
         store_diagonal(value);
       else
-        turned.insertBackByOuterInner(row, place[static_cast<std::size_t>(j)]) = value;
+        turned.insertBackByOuterInner(row, place[j]) = value;
     }
     if (!is_stored) store_diagonal(0);
   }
@@ -134,10 +134,9 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
     return result;
   }
 
-  std::vector<std::int32_t> place(static_cast<std::size_t>(n));
+  std::vector<std::int32_t> place(n);
   for (const auto nodes : components)
-    for (std::size_t p = 0; p < nodes.size(); ++p)
-      place[static_cast<std::size_t>(nodes[p])] = static_cast<std::int32_t>(p);
+    for (std::size_t p = 0; p < nodes.size(); ++p) place[nodes[p]] = static_cast<std::int32_t>(p);
   const eigenpair_options how{.max_restarts = options.max_restarts,
                               .tolerance = options.tolerance,
                               .threads = options.threads,
@@ -165,8 +164,7 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
   });
   modes.resize(std::min(modes.size(), static_cast<std::size_t>(most) + 1));
   result.eigenvalues.resize(std::ssize(modes));
-  for (index_t k = 0; k < std::ssize(modes); ++k)
-    result.eigenvalues[k] = modes[static_cast<std::size_t>(k)].eigenvalue;
+  for (index_t k = 0; k < std::ssize(modes); ++k) result.eigenvalues[k] = modes[k].eigenvalue;
 
   const index_t k = options.clusters ? most : largest_gap(result.eigenvalues, most);
   if (components.size() >= k) {
@@ -175,10 +173,10 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
   }
   result.embedding = Eigen::MatrixXd::Zero(k, n);
   for (index_t row = 0; row < k; ++row) {
-    const auto& [value, c, column] = modes[static_cast<std::size_t>(row)];
+    const auto& [value, c, column] = modes[row];
     for (std::size_t p = 0; p < components[c].size(); ++p) {
       const auto i = components[c][p];
-      double entry = vectors[static_cast<std::size_t>(c)](index_t(p), column);
+      double entry = vectors[c](index_t(p), column);
       if (options.matrix == laplacian::random_walk && degree[i] > 0) entry /= std::sqrt(degree[i]);
       result.embedding(row, i) = entry;
     }

@@ -42,11 +42,11 @@ export template <ModelFamily F>
                         "two fits to the same sample differ");
     }
     for (const index_t i : sample)
-      violations.expect(overdetermined || residuals[static_cast<std::size_t>(i)] <= tolerance,
+      violations.expect(overdetermined || residuals[i] <= tolerance,
                         "a model does not go through its sample");
     if constexpr (requires { typename F::scalar; }) {
       using S = typename F::scalar;
-      std::vector<S> block(static_cast<std::size_t>(n));
+      std::vector<S> block(n);
       family.residuals(*model, 0, std::span<S>{block});
       for (std::size_t i = 0; i < block.size(); ++i)
         violations.expect(std::isnan(block[i]) == std::isnan(residuals[i]) &&

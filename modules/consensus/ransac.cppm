@@ -150,8 +150,8 @@ class ransac_search {
   /// Leaves some data out from now on.
   void remove(std::span<const index_t> indices) {
     if (active_.empty()) active_.assign(static_cast<std::size_t>(size_), 1);
-    for (const index_t i : indices) active_[static_cast<std::size_t>(i)] = 0;
-    std::erase_if(left_, [&](index_t i) { return !active_[static_cast<std::size_t>(i)]; });
+    for (const index_t i : indices) active_[i] = 0;
+    std::erase_if(left_, [&](index_t i) { return !active_[i]; });
   }
 
  private:
@@ -258,7 +258,7 @@ auto ransac_search<F>::draw(std::uint64_t round, index_t iteration, const candid
   auto sample = distinct_sample(
       std::ssize(left_), family_.sample_size(),
       random_stream{options_.seed, (round << 40) + static_cast<std::uint64_t>(iteration)});
-  for (index_t& i : sample) i = left_[static_cast<std::size_t>(i)];
+  for (index_t& i : sample) i = left_[i];
   auto model = family_.fit(sample);
   if (!model || preview_.empty() || !best.model) return model;
   index_t agree = 0;
@@ -332,7 +332,7 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
   if (options_.preview > 0 && options_.preview < data)
     for (const index_t i :
          distinct_sample(data, options_.preview, random_stream{options_.seed, ~round}))
-      preview_.push_back(left_[static_cast<std::size_t>(i)]);
+      preview_.push_back(left_[i]);
 
   // Samples are drawn and judged as if one after another; only the work is done ahead.
   const execution how{options_.threads, {{}, options_.monitor.stop}};
@@ -352,7 +352,7 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
     });
     for (index_t k = 0; k < count && double(iteration) < needed; ++k) {
       ++iteration;
-      auto& one = next[static_cast<std::size_t>(k)];
+      auto& one = next[k];
       if (!one.model || one.score.inliers < sample_size || !(one.score.value > best.score.value))
         continue;
       best = std::move(one);

@@ -15,7 +15,7 @@ std::optional<gathered_points> gather_points(points_view<S, D> points,
   gathered_points data{Eigen::MatrixXd(points.dimension(), std::ssize(indices)),
                        Eigen::VectorXd::Zero(points.dimension())};
   for (index_t k = 0; k < std::ssize(indices); ++k) {
-    const auto point = points[indices[static_cast<std::size_t>(k)]];
+    const auto point = points[indices[k]];
     if (!is_finite(point)) return std::nullopt;
     if (k == 0) data.origin = point.template cast<double>();
     data.points.col(k) = point.template cast<double>() - data.origin;

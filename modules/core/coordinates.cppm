@@ -23,7 +23,7 @@ export class coordinates {
       : values_(point.begin(), point.end()) {}
 
   [[nodiscard]] index_t size() const { return std::ssize(values_); }
-  [[nodiscard]] double operator[](index_t d) const { return values_[static_cast<std::size_t>(d)]; }
+  [[nodiscard]] double operator[](index_t d) const { return values_[d]; }
 
   /// As a vector for points of `dimension` coordinates. Throws `invalid_input{what}` for another
   /// size.

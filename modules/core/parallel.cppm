@@ -74,7 +74,7 @@ export template <class T, class F>
   std::vector<T> partial(
       static_cast<std::size_t>((n + default_block_size - 1) / default_block_size), zero);
   parallel_blocks(n, default_block_size, how, [&](index_t block, index_t begin, index_t end) {
-    T& sum = partial[static_cast<std::size_t>(block)];
+    T& sum = partial[block];
     for (index_t i = begin; i < end; ++i) f(sum, i);
   });
   T total = zero;

@@ -70,16 +70,16 @@ export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, inde
                                                                  random_stream random) {
   expects(0 <= count && count <= n, "distinct_sample: count must be between 0 and n");
   std::vector<index_t> sample;
-  sample.reserve(static_cast<std::size_t>(count));
+  sample.reserve(count);
   // For the few indices of a typical sample a sorted vector beats any set.
   if (count > 256) {
-    std::vector<bool> taken(static_cast<std::size_t>(n));
+    std::vector<bool> taken(n);
     for (index_t j = n - count; j < n; ++j) {
       const index_t i = random.below(j + 1);
-      taken[static_cast<std::size_t>(taken[static_cast<std::size_t>(i)] ? j : i)] = true;
+      taken[taken[i] ? j : i] = true;
     }
     for (index_t i = 0; i < n; ++i)
-      if (taken[static_cast<std::size_t>(i)]) sample.push_back(i);
+      if (taken[i]) sample.push_back(i);
     return sample;
   }
   for (index_t j = n - count; j < n; ++j) {

@@ -24,8 +24,7 @@ std::vector<index_t> components_in(const neighborhoods<S>& graph, index_t& count
     if (graph[i].empty()) continue;
     // A root comes first in its set.
     const index_t root = sets.find(i);
-    component[static_cast<std::size_t>(i)] =
-        root == i ? count++ : component[static_cast<std::size_t>(root)];
+    component[i] = root == i ? count++ : component[root];
   }
   return component;
 }
@@ -39,14 +38,14 @@ isomap_result isomap(const neighborhoods<S>& graph, const embedding_options& opt
   const auto both_ways = neighbor_graph(graph, {.self = true, .threads = options.threads});
   isomap_result result;
   const auto component = components_in(both_ways, result.components);
-  std::vector<index_t> sizes(static_cast<std::size_t>(result.components));
+  std::vector<index_t> sizes(result.components);
   for (const index_t c : component)
-    if (c >= 0) ++sizes[static_cast<std::size_t>(c)];
+    if (c >= 0) ++sizes[c];
   index_t largest = 0;
   for (index_t c = 1; c < result.components; ++c)
-    if (sizes[static_cast<std::size_t>(c)] > sizes[static_cast<std::size_t>(largest)]) largest = c;
+    if (sizes[c] > sizes[largest]) largest = c;
   for (index_t i = 0; i < graph.size(); ++i)
-    if (component[static_cast<std::size_t>(i)] == largest) result.kept.push_back(i);
+    if (component[i] == largest) result.kept.push_back(i);
   if (result.kept.empty()) return result;
 
   Eigen::MatrixXd lengths = shortest_paths(both_ways, {options.threads, options.monitor});
@@ -54,9 +53,7 @@ isomap_result isomap(const neighborhoods<S>& graph, const embedding_options& opt
   if (n < graph.size()) {
     Eigen::MatrixXd within(n, n);
     for (index_t j = 0; j < n; ++j)
-      for (index_t i = 0; i < n; ++i)
-        within(i, j) = lengths(result.kept[static_cast<std::size_t>(i)],
-                               result.kept[static_cast<std::size_t>(j)]);
+      for (index_t i = 0; i < n; ++i) within(i, j) = lengths(result.kept[i], result.kept[j]);
     lengths = std::move(within);
   }
   // There and back are the same sums in another order.

@@ -38,26 +38,24 @@ export template <GridAccumulator A>
     std::vector<A> gathered;
   };
   const index_t members = std::ssize(groups.members);
-  std::vector<continuation> continued(
-      static_cast<std::size_t>((members + accumulation_block - 1) / accumulation_block));
+  std::vector<continuation> continued((members + accumulation_block - 1) / accumulation_block);
   parallel_blocks(members, accumulation_block, how, [&](index_t b, index_t begin, index_t end) {
     auto group = static_cast<index_t>(std::ranges::upper_bound(groups.offsets, begin) -
                                       groups.offsets.begin()) -
                  1;
     for (index_t i = begin; i < end; ++group) {
-      A* into = &gathered[static_cast<std::size_t>(group)];
-      if (groups.offsets[static_cast<std::size_t>(group)] < begin) {
-        auto& rest = continued[static_cast<std::size_t>(b)];
+      A* into = &gathered[group];
+      if (groups.offsets[group] < begin) {
+        auto& rest = continued[b];
         rest.group = group;
         into = &rest.gathered.emplace_back(empty);
       }
       const index_t last = std::min(end, groups.offsets[static_cast<std::size_t>(group) + 1]);
-      for (; i < last; ++i) into->add(index_t{groups.members[static_cast<std::size_t>(i)]});
+      for (; i < last; ++i) into->add(index_t{groups.members[i]});
     }
   });
   for (const auto& rest : continued)
-    if (rest.group >= 0)
-      gathered[static_cast<std::size_t>(rest.group)].merge(rest.gathered.front());
+    if (rest.group >= 0) gathered[rest.group].merge(rest.gathered.front());
   return gathered;
 }
 

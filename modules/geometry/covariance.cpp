@@ -54,7 +54,7 @@ class minimum_determinant {
 
   [[nodiscard]] fit find() {
     const index_t n = points_.cols();
-    std::vector<std::int32_t> all(static_cast<std::size_t>(n));
+    std::vector<std::int32_t> all(n);
     std::iota(all.begin(), all.end(), 0);
     const index_t h = kept_of(n);
     if (h == n || n <= points_.rows() + 1) return of(all);
@@ -148,7 +148,7 @@ class minimum_determinant {
     for (int t = 0; t < trials; ++t) {
       subset.clear();
       const auto chosen = distinct_sample(n, std::min(n, points_.rows() + 1), random(first + t));
-      for (const index_t i : chosen) subset.push_back(among[static_cast<std::size_t>(i)]);
+      for (const index_t i : chosen) subset.push_back(among[i]);
       fit f = concentrated(of(subset), among);
       fits.push_back(concentrated(f, among));
     }
@@ -160,7 +160,7 @@ class minimum_determinant {
     const index_t n = std::ssize(all), merged_size = std::min(n, most_merged);
     std::vector<std::int32_t> merged;
     for (const index_t i : distinct_sample(n, merged_size, random(~std::uint64_t{0})))
-      merged.push_back(all[static_cast<std::size_t>(i)]);
+      merged.push_back(all[i]);
     shuffle(merged, random(~std::uint64_t{1}));
     const index_t subsets = merged_size / subset_size;
     const int trials = std::max(1, how_.trials / static_cast<int>(subsets));
@@ -204,7 +204,7 @@ class minimum_determinant {
 std::vector<std::int32_t> all_indices(index_t size) {
   expects(size <= std::numeric_limits<std::int32_t>::max(),
           "mean_and_covariance: at most 2^31 - 1 points can be indexed");
-  std::vector<std::int32_t> all(static_cast<std::size_t>(size));
+  std::vector<std::int32_t> all(size);
   std::iota(all.begin(), all.end(), 0);
   return all;
 }
@@ -253,7 +253,7 @@ std::optional<moments<S, D>> closed_minimum_determinant(points_view<S, D> points
   const point_vector<double, D> origin = points[finite.front()].template cast<double>();
   point_matrix<double, D> centered(points.dimension(), std::ssize(finite));
   for (index_t i = 0; i < centered.cols(); ++i)
-    centered.col(i) = points[finite[static_cast<std::size_t>(i)]].template cast<double>() - origin;
+    centered.col(i) = points[finite[i]].template cast<double>() - origin;
 
   minimum_determinant<D> solver{centered, how, static_cast<std::uint64_t>(finite.front())};
   auto found = solver.find();

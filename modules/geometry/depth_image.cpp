@@ -76,11 +76,11 @@ point_matrix<S, 3> unproject_known(const image<S>& depth, const pinhole_camera<S
   for (int v = 0; v < depth.height(); ++v) {
     index_t count = 0;
     for (int u = 0; u < depth.width(); ++u) count += depth(u, v) > 0;
-    first[static_cast<std::size_t>(v) + 1] = first[static_cast<std::size_t>(v)] + count;
+    first[static_cast<std::size_t>(v) + 1] = first[v] + count;
   }
   point_matrix<S, 3> points(3, first.back());
   parallel_blocks(depth.height(), rows_at_a_time, how, [&](index_t, index_t begin, index_t end) {
-    index_t i = first[static_cast<std::size_t>(begin)];
+    index_t i = first[begin];
     for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v)
       for (int u = 0; u < depth.width(); ++u)
         if (const S z = depth(u, v); z > 0) points.col(i++) = point_at(u, v, z);

@@ -18,7 +18,7 @@ export struct point_groups {
   [[nodiscard]] auto end() const { return begin() + size(); }
   /// The members of group `g`. Precondition: 0 <= g < size().
   [[nodiscard]] std::span<const std::int32_t> operator[](index_t g) const {
-    const auto begin = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g)]);
+    const auto begin = static_cast<std::size_t>(offsets[g]);
     const auto end = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g) + 1]);
     return std::span{members}.subspan(begin, end - begin);
   }

@@ -136,14 +136,14 @@ class key_sorter {
       groups.offsets[++kept] = members;
     }
     groups.offsets.resize(kept + 1);
-    groups.members.resize(static_cast<std::size_t>(members));
+    groups.members.resize(members);
   }
 
   template <class WriteKeys>
   void find_runs(index_t points, WriteKeys write_keys) {
     const auto blocks = (points + default_block_size - 1) / default_block_size;
-    std::vector<std::size_t> count(static_cast<std::size_t>(blocks));
-    runs_.resize(static_cast<std::size_t>(points));
+    std::vector<std::size_t> count(blocks);
+    runs_.resize(points);
     parallel_blocks(points, default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
       std::array<Key, default_block_size> keys;
       write_keys(begin, end, keys.data());
@@ -151,11 +151,11 @@ class key_sorter {
       key_run<Key>* const out = runs_.data() + begin;
       std::size_t last = 0;
       for (index_t i = 0; i < end - begin; ++i) {
-        const Key key = keys[static_cast<std::size_t>(i)];
-        last += key != keys[static_cast<std::size_t>(std::max<index_t>(i, 1) - 1)];
+        const Key key = keys[i];
+        last += key != keys[std::max<index_t>(i, 1) - 1];
         out[last] = {key, static_cast<std::int32_t>(begin + i + 1), 0};  // Where it ends so far.
       }
-      count[static_cast<std::size_t>(b)] = last + 1;
+      count[b] = last + 1;
     });
     std::size_t total = 0;
     for (const std::size_t some : count) total += some;
@@ -199,7 +199,7 @@ class key_sorter {
   void for_each_part(F f) const {
     // Few at a time: some hold far more than others.
     parallel_blocks(std::ssize(parts_) - 1, 4, how_, [&](index_t, index_t begin, index_t end) {
-      for (index_t part = begin; part < end; ++part) f(static_cast<std::size_t>(part));
+      for (index_t part = begin; part < end; ++part) f(part);
     });
   }
   const execution& how_;

@@ -61,8 +61,7 @@ template <Scalar S, int D>
 std::optional<moments<S, D>> closed_moments(points_view<S, D> points,
                                             std::span<const std::int32_t> indices) {
   return two_passes<S, D>(
-      std::ssize(indices), points.dimension(),
-      [&](index_t i) { return points[indices[static_cast<std::size_t>(i)]]; },
+      std::ssize(indices), points.dimension(), [&](index_t i) { return points[indices[i]]; },
       [&]<class T>(T total, auto add) {
         for (index_t i = 0; i < std::ssize(indices); ++i) add(total, i);
         return total;

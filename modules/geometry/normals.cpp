@@ -268,7 +268,7 @@ void visit(points_view<S, D> points, const neighborhoods<S>& near, const normals
                       if (!is_finite(points[i])) continue;
                       queries.push_back(static_cast<std::int32_t>(i));
                       counts.push_back(static_cast<std::int32_t>(near[i].size()));
-                      starts.push_back(near.offsets()[static_cast<std::size_t>(i)]);
+                      starts.push_back(near.offsets()[i]);
                     }
                     f({queries, starts, counts, near.indices(), near.distances()});
                   });

@@ -74,7 +74,7 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
   };
 
   std::vector<costly_edge<S>> edges;
-  edges.reserve(static_cast<std::size_t>(edge_count(points, near)));
+  edges.reserve(edge_count(points, near));
   for_each_edge(points, near, [&](std::int32_t i, std::int32_t j) {
     if (i != j && is_known(i) && is_known(j))
       edges.push_back(
@@ -90,11 +90,11 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
   for (const auto& e : edges)
     for (const auto end : {e.i, e.j}) ++offsets[static_cast<std::size_t>(end) + 1];
   std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  std::vector<std::int32_t> next(static_cast<std::size_t>(offsets.back()));
+  std::vector<std::int32_t> next(offsets.back());
   auto place = offsets;
   for (const auto& e : edges)
     for (const auto& [from, to] : {std::pair{e.i, e.j}, std::pair{e.j, e.i}})
-      next[static_cast<std::size_t>(place[static_cast<std::size_t>(from)]++)] = to;
+      next[place[from]++] = to;
 
   // The root of each part: the nearest to the viewpoint, or the highest.
   const auto rank = [&](index_t i) {
@@ -103,7 +103,7 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
   std::vector<std::int32_t> root(static_cast<std::size_t>(n), -1);
   for (index_t i = 0; i < n; ++i) {
     if (!is_known(i)) continue;
-    auto& best = root[static_cast<std::size_t>(parts.find(i))];
+    auto& best = root[parts.find(i)];
     if (best < 0 || rank(i) < rank(best)) best = static_cast<std::int32_t>(i);
   }
 
@@ -120,9 +120,8 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
     while (!open.empty()) {
       const auto [i, from] = open.back();
       open.pop_back();
-      for (index_t e = offsets[static_cast<std::size_t>(i)];
-           e < offsets[static_cast<std::size_t>(i) + 1]; ++e) {
-        const std::int32_t j = next[static_cast<std::size_t>(e)];
+      for (index_t e = offsets[i]; e < offsets[static_cast<std::size_t>(i) + 1]; ++e) {
+        const std::int32_t j = next[e];
         if (j == from) continue;
         if (normal(i).dot(normal(j)) < 0) normal(j) = -normal(j);
         open.emplace_back(j, i);

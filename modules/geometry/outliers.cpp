@@ -27,7 +27,7 @@ std::vector<double> from_others(points_view<S, D> points, const knn_in_radius& s
                       [&](const neighborhood_block<S>& block) {
                         for (index_t i = 0; i < block.size(); ++i)
                           if (const auto found = block[i].distances(); !found.empty())
-                            all[static_cast<std::size_t>(block.query(i))] = f(found.subspan(1));
+                            all[block.query(i)] = f(found.subspan(1));
                       },
                       {.threads = how.threads, .monitor = how.monitor});
   return all;
@@ -68,7 +68,7 @@ selection closed_outliers(points_view<S, D> points, const statistical_outlier_op
   const auto sum_of = [&](auto term) {
     return ordered_sum(std::ssize(means), {.threads = options.threads}, counted_sum{},
                        [&](counted_sum& sum, index_t i) {
-                         const double mean = means[static_cast<std::size_t>(i)];
+                         const double mean = means[i];
                          if (std::isnan(mean)) return;
                          sum.sum += term(mean);
                          ++sum.count;

@@ -70,10 +70,8 @@ image<std::int32_t> closed_project(points_view<S, 3> points, const pinhole_camer
   image<S> nearest(camera.width, camera.height, std::numeric_limits<S>::infinity());
   const projector<S> footprint_of{camera, options.point_size};
   const execution how{options.threads, options.monitor};
-  std::vector<footprint<S>> footprints(static_cast<std::size_t>(points.size()));
-  parallel_for(points.size(), how, [&](index_t i) {
-    footprints[static_cast<std::size_t>(i)] = footprint_of(points[i]);
-  });
+  std::vector<footprint<S>> footprints(points.size());
+  parallel_for(points.size(), how, [&](index_t i) { footprints[i] = footprint_of(points[i]); });
   // Each band of rows is one thread's own, and meets the points in their order: no race, no tie.
   const int bands = std::min(8, std::max(camera.height, 1));
   parallel_blocks(bands, 1, {.threads = options.threads}, [&](index_t band, index_t, index_t) {

@@ -22,7 +22,7 @@ std::vector<std::int32_t> least_of_groups(index_t size, const point_groups& grou
                                           const execution& how, F rank_of_group) {
   expects(std::ranges::all_of(groups.members, [&](std::int32_t i) { return 0 <= i && i < size; }),
           "groups: a member is not one of the points");
-  std::vector<std::int32_t> picked(static_cast<std::size_t>(groups.size()));
+  std::vector<std::int32_t> picked(groups.size());
   parallel_blocks(groups.size(), picked_block_size, how, [&](index_t, index_t begin, index_t end) {
     for (index_t g = begin; g < end; ++g) {
       const auto members = groups[g];
@@ -35,7 +35,7 @@ std::vector<std::int32_t> least_of_groups(index_t size, const point_groups& grou
           least = r;
           best = i;
         }
-      picked[static_cast<std::size_t>(g)] = best;
+      picked[g] = best;
     }
   });
   return picked;

@@ -60,22 +60,22 @@ std::vector<std::int32_t> closed_farthest_points(points_view<S, D> points, index
     if (is_finite(points[i]))
       ++available;
     else
-      distance[static_cast<std::size_t>(i)] = -1;
+      distance[i] = -1;
   }
   count = std::min(count, available);
   if (count == 0) return sample;
   index_t next = options.first;
-  while (distance[static_cast<std::size_t>(next)] < 0) next = (next + 1) % n;
+  while (distance[next] < 0) next = (next + 1) % n;
 
   const execution how{options.threads, {{}, options.monitor.stop}};
   for (;;) {
     sample.push_back(static_cast<std::int32_t>(next));
-    distance[static_cast<std::size_t>(next)] = -1;
+    distance[next] = -1;
     if (options.monitor.progress) options.monitor.progress(double(sample.size()) / double(count));
     if (std::ssize(sample) == count) return sample;
     const point_vector<double, D> chosen = points[next].template cast<double>();
     next = ordered_sum(n, how, farthest{}, [&](farthest& far, index_t i) {
-             double& d = distance[static_cast<std::size_t>(i)];
+             double& d = distance[i];
              if (d < 0) return;
              d = std::min(d, (points[i].template cast<double>() - chosen).squaredNorm());
              if (d > far.distance) far = {d, i};

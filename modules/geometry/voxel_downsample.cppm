@@ -34,7 +34,7 @@ export template <PointsSource P>
   if (options.pick == voxel_representative::mean) return group_means(points, grid.groups(), how);
   const auto picked = representatives(points, grid, options.pick, how);
   point_matrix<scalar_of<P>, dimension_of<P>> kept(view.dimension(), std::ssize(picked));
-  for (index_t k = 0; k < kept.cols(); ++k) kept.col(k) = view[picked[static_cast<std::size_t>(k)]];
+  for (index_t k = 0; k < kept.cols(); ++k) kept.col(k) = view[picked[k]];
   return kept;
 }
 

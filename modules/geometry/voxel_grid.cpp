@@ -32,8 +32,7 @@ int compress(std::vector<std::uint64_t>& keys, int bits) {
   const auto groups =
       key_sorter<std::uint64_t>{std::ssize(keys), bits, how, copy_from(keys)}.groups(indices, 1);
   for (index_t g = 0; g < groups.size(); ++g)
-    for (const auto i : groups[g])
-      keys[static_cast<std::size_t>(i)] = static_cast<std::uint64_t>(g);
+    for (const auto i : groups[g]) keys[i] = static_cast<std::uint64_t>(g);
   return bit_width(static_cast<std::uint64_t>(groups.size()));
 }
 
@@ -93,9 +92,8 @@ class cell_sorter {
   }
   /// How far along axis d the cell of the i-th finite point is from the first cell.
   [[nodiscard]] std::uint64_t step(index_t i, index_t d) const {
-    const auto cell = static_cast<std::int64_t>(quotient(finite_[static_cast<std::size_t>(i)], d));
-    return static_cast<std::uint64_t>(cell) -
-           static_cast<std::uint64_t>(low_[static_cast<std::size_t>(d)]);
+    const auto cell = static_cast<std::int64_t>(quotient(finite_[i], d));
+    return static_cast<std::uint64_t>(cell) - static_cast<std::uint64_t>(low_[d]);
   }
 
   /// The finite points, and the cells that they reach.
@@ -104,7 +102,7 @@ class cell_sorter {
     low_.resize(size);
     high_.resize(size);
     bits_.resize(size);
-    finite_.resize(static_cast<std::size_t>(points_.size()));
+    finite_.resize(points_.size());
     struct block {
       std::size_t count = 0;
       coordinate_range<S, D> range;
@@ -121,8 +119,7 @@ class cell_sorter {
                       std::int32_t* const out = finite_.data() + begin;
                       if (find_range(begin, end, found.range)) {
                         std::iota(out, out + (end - begin), static_cast<std::int32_t>(begin));
-                        blocks[static_cast<std::size_t>(b)] = {
-                            static_cast<std::size_t>(end - begin), found.range};
+                        blocks[b] = {static_cast<std::size_t>(end - begin), found.range};
                         return;
                       }
                       for (index_t i = begin; i < end; ++i) {
@@ -134,7 +131,7 @@ class cell_sorter {
                         out[found.count++] = static_cast<std::int32_t>(i);
                         found.range.include(p);
                       }
-                      blocks[static_cast<std::size_t>(b)] = found;
+                      blocks[b] = found;
                     });
     auto range = none;
     std::size_t count = 0;
@@ -211,7 +208,7 @@ class cell_sorter {
                                        for (index_t d = 0; d < dimension(); ++d) {
                                          // Shifting by all bits of the key is undefined; then only
                                          // this axis has any.
-                                         const int bits = bits_[static_cast<std::size_t>(d)];
+                                         const int bits = bits_[d];
                                          key = (bits < 64 ? key << bits : 0) | step(i, d);
                                        }
                                        *out++ = key;
@@ -225,9 +222,8 @@ class cell_sorter {
     std::vector<std::uint64_t> keys(finite_.size(), 0), axis(finite_.size());
     int used = 0;
     for (index_t d = 0; d < dimension(); ++d) {
-      for (index_t i = 0; i < std::ssize(finite_); ++i)
-        axis[static_cast<std::size_t>(i)] = step(i, d);
-      int bits = bits_[static_cast<std::size_t>(d)];
+      for (index_t i = 0; i < std::ssize(finite_); ++i) axis[i] = step(i, d);
+      int bits = bits_[d];
       if (used + bits > 64) used = compress(keys, used);
       if (used + bits > 64) bits = compress(axis, bits);
       for (std::size_t i = 0; i < keys.size(); ++i)

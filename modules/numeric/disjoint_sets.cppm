@@ -17,7 +17,7 @@ export class disjoint_sets {
   explicit disjoint_sets(index_t size) {
     expects(0 <= size && size <= std::numeric_limits<std::int32_t>::max(),
             "disjoint_sets: there can be at most 2^31 - 1 numbers");
-    parents_.reserve(static_cast<std::size_t>(size));
+    parents_.reserve(size);
     for (index_t i = 0; i < size; ++i) parents_.push_back(static_cast<std::int32_t>(i));
   }
 
@@ -43,9 +43,7 @@ export class disjoint_sets {
   }
 
  private:
-  std::atomic_ref<std::int32_t> link(std::int32_t i) {
-    return std::atomic_ref{parents_[static_cast<std::size_t>(i)]};
-  }
+  std::atomic_ref<std::int32_t> link(std::int32_t i) { return std::atomic_ref{parents_[i]}; }
   std::int32_t load(std::int32_t i) { return link(i).load(std::memory_order_relaxed); }
 
   std::int32_t climb(std::int32_t at);

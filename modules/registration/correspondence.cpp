@@ -79,7 +79,7 @@ void select_correspondences(correspondences<S>& pairs, const correspondence_opti
         static_cast<std::ptrdiff_t>(std::ceil(options.fraction * double(pairs.size())));
     std::ranges::nth_element(pairs, pairs.begin() + kept, {},
                              [](const auto& p) { return by_distance(p); });
-    pairs.resize(static_cast<std::size_t>(kept));
+    pairs.resize(kept);
   }
   if (!std::ranges::is_sorted(pairs, {}, [](const auto& p) { return by_source(p); }))
     std::ranges::sort(pairs, {}, [](const auto& p) { return by_source(p); });

@@ -43,8 +43,7 @@ bool are_its_points(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries)
     const S* at = nodes.block(b);
     const index_t count = std::min(width, nodes.searchable - b * width);
     for (index_t i = 0; i < count; ++i) {
-      const S* query = queries.data() +
-                       nodes.indices[static_cast<std::size_t>(b * width + i)] * queries.stride();
+      const S* query = queries.data() + nodes.indices[b * width + i] * queries.stride();
       for (index_t d = 0; d < D; ++d) same = same & (query[d] == at[d * width + i]);
     }
     if (!same) return false;
@@ -96,9 +95,7 @@ class block_queries {
   void find(index_t b, std::span<const std::uint8_t> wanted, bool ascending, found_block<S>& out,
             F hand_on) const {
     const auto [begin, end] = range(b);
-    const auto is_wanted = [&](std::int32_t q) {
-      return wanted.empty() || wanted[static_cast<std::size_t>(q)];
-    };
+    const auto is_wanted = [&](std::int32_t q) { return wanted.empty() || wanted[q]; };
     const auto of_block = indices_of(begin, end);
     if (std::ranges::none_of(of_block, is_wanted)) return;
     out.queries.reserve(of_block.size());
@@ -227,21 +224,21 @@ neighborhoods<S> find_all_in_blocks(const kd_tree_nodes<S, D>& nodes, points_vie
   }
 
   std::vector<index_t> offsets(n + 1);
-  std::vector<found_block<S>> blocks(static_cast<std::size_t>(search.size()));
+  std::vector<found_block<S>> blocks(search.size());
   parallel_blocks(search.size(), 1, how, [&](index_t b, index_t, index_t) {
-    auto& block = blocks[static_cast<std::size_t>(b)];
+    auto& block = blocks[b];
     search.find(b, {}, true, block, [](const found_block<S>&) {});
     for (std::size_t i = 0; i < block.queries.size(); ++i)
       offsets[static_cast<std::size_t>(block.queries[i]) + 1] = block.counts[i];
   });
   std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
-  buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
+  buffer<std::int32_t> indices(offsets.back());
   buffer<S> distances(indices.size());
   parallel_blocks(search.size(), 1, {.threads = how.threads}, [&](index_t b, index_t, index_t) {
-    auto& block = blocks[static_cast<std::size_t>(b)];
+    auto& block = blocks[b];
     const auto found = block.view();
     for (index_t i = 0; i < found.size(); ++i) {
-      const index_t at = offsets[static_cast<std::size_t>(found.query(i))];
+      const index_t at = offsets[found.query(i)];
       std::ranges::copy(found[i].indices(), indices.begin() + at);
       std::ranges::copy(found[i].distances(), distances.begin() + at);
     }

@@ -50,7 +50,7 @@ class brute_force_searcher {
     const auto count = std::min(spec.max_count(), std::ssize(out));
     std::ranges::partial_sort(out, out.begin() + count, {},
                               [](const neighbor<S>& n) { return std::pair{n.distance, n.index}; });
-    out.resize(static_cast<std::size_t>(count));
+    out.resize(count);
     for (auto& n : out) n.distance = by.distance(n.distance);
   }
 

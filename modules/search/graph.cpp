@@ -23,7 +23,7 @@ neighborhoods<S> transposed(const neighborhoods<S>& found) {
   std::vector<index_t> next(offsets.begin(), offsets.end() - 1);
   for (index_t i = 0; i < found.size(); ++i)
     for (const auto& [j, distance] : found[i]) {
-      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(j)]++);
+      const auto at = static_cast<std::size_t>(next[j]++);
       indices[at] = static_cast<std::int32_t>(i);
       distances[at] = distance;
     }
@@ -106,7 +106,7 @@ neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count) 
     return [&](index_t i, std::vector<neighbor<S>>& out) {
       out.assign(found[i].begin(), found[i].end());
       std::erase_if(out, [&](const neighbor<S>& n) { return n.index == i; });
-      if (std::ssize(out) > max_count) out.resize(static_cast<std::size_t>(max_count));
+      if (std::ssize(out) > max_count) out.resize(max_count);
     };
   });
 }

@@ -68,7 +68,7 @@ export template <PointsSource P>
 export template <Scalar S>
 [[nodiscard]] std::vector<index_t> degrees(const neighborhoods<S>& graph) {
   std::vector<index_t> all;
-  all.reserve(static_cast<std::size_t>(graph.size()));
+  all.reserve(graph.size());
   for (index_t i = 0; i < graph.size(); ++i) all.push_back(static_cast<index_t>(graph[i].size()));
   return all;
 }

@@ -133,7 +133,7 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
 
   // k nearest neighbours: almost every query has exactly k, so that each has its place at once.
   std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
-  buffer<std::int32_t> indices(static_cast<std::size_t>(n * k));
+  buffer<std::int32_t> indices(n * k);
   buffer<S> distances(indices.size());
   parallel_blocks(n, query_block_size, how, [&](index_t, index_t begin, index_t end) {
     search_scratch<S> room;
@@ -158,8 +158,8 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
     }
     end = total += count;
   }
-  indices.resize(static_cast<std::size_t>(total));
-  distances.resize(static_cast<std::size_t>(total));
+  indices.resize(total);
+  distances.resize(total);
   return {std::move(offsets), std::move(indices), std::move(distances)};
 }
 

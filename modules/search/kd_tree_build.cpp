@@ -99,7 +99,7 @@ class tree_builder {
       ++tree_.levels;
     tree_.cuts.resize((std::size_t{1} << tree_.levels) - 1);
     if constexpr (nodes_type::has_boxes) {
-      tree_.boxes.resize(static_cast<std::size_t>(8 * blocks));
+      tree_.boxes.resize(8 * blocks);
       tree_.children.resize(std::size_t{16} << tree_.levels);
     }
   }
@@ -163,10 +163,10 @@ class tree_builder {
     });
     std::partial_sum(first.begin(), first.end(), first.begin());
     tree_.searchable = first.back();
-    records_.resize(static_cast<std::size_t>(tree_.searchable));
+    records_.resize(tree_.searchable);
     spare_.resize(records_.size() + 1);
     parallel_blocks(points_.size(), part, how, [&](index_t b, index_t begin, index_t end) {
-      record* next = records_.data() + first[static_cast<std::size_t>(b)];
+      record* next = records_.data() + first[b];
       for (index_t i = begin; i < end; ++i)
         if (is_wanted(i)) *next++ = record::of(points_.data() + i * points_.stride(), i);
     });

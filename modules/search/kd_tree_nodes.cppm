@@ -117,8 +117,7 @@ class kd_tree_search {
       sum_all(tree_.block(b), sums);
       const index_t first = b * points_per_block;
       const index_t count = std::min(points_per_block, tree_.searchable - first);
-      for (index_t i = 0; i < count; ++i)
-        result_.add(sums[i], tree_.indices[static_cast<std::size_t>(first + i)]);
+      for (index_t i = 0; i < count; ++i) result_.add(sums[i], tree_.indices[first + i]);
     }
   }
 

@@ -120,9 +120,7 @@ class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
     using value_type = neighbor<S>;
     std::span<const std::int32_t> indices;
     std::span<const S> distances;
-    neighbor_entry<S> operator[](index_t i) const {
-      return {indices[static_cast<std::size_t>(i)], distances[static_cast<std::size_t>(i)]};
-    }
+    neighbor_entry<S> operator[](index_t i) const { return {indices[i], distances[i]}; }
   };
 
   std::span<const std::int32_t> indices_;
@@ -154,7 +152,7 @@ class neighborhoods {
   [[nodiscard]] bool empty() const { return size() == 0; }
   /// The neighbours of query `q`. Precondition: 0 <= q < size().
   [[nodiscard]] neighborhood<S> operator[](index_t q) const {
-    const auto begin = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(q)]);
+    const auto begin = static_cast<std::size_t>(offsets_[q]);
     const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(q) + 1]);
     return {std::span{indices_}.subspan(begin, end - begin),
             std::span{distances_}.subspan(begin, end - begin)};
@@ -194,11 +192,11 @@ class neighborhood_block {
   [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
   [[nodiscard]] auto end() const { return begin() + size(); }
   /// Which query the i-th of the block is. Precondition: 0 <= i < size().
-  [[nodiscard]] index_t query(index_t i) const { return queries_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] index_t query(index_t i) const { return queries_[i]; }
   /// Its neighbours. Precondition: 0 <= i < size().
   [[nodiscard]] neighborhood<S> operator[](index_t i) const {
-    const auto start = static_cast<std::size_t>(starts_[static_cast<std::size_t>(i)]);
-    const auto count = static_cast<std::size_t>(counts_[static_cast<std::size_t>(i)]);
+    const auto start = static_cast<std::size_t>(starts_[i]);
+    const auto count = static_cast<std::size_t>(counts_[i]);
     return {indices_.subspan(start, count), distances_.subspan(start, count)};
   }
 

@@ -99,7 +99,7 @@ void visit_queries(index_t queries, const neighborhood_visitor<S>& visit,
     auto find = make_find();
     std::vector<neighbor<S>> found;
     for (index_t q = begin; q < end; ++q) {
-      if (!options.wanted.empty() && !options.wanted[static_cast<std::size_t>(q)]) continue;
+      if (!options.wanted.empty() && !options.wanted[q]) continue;
       find(q, found);
       block.add(q, found);
       if (block.indices.size() <= most_kept) continue;
@@ -119,10 +119,10 @@ template <Scalar S>
     for (std::size_t i = 0; i < block.queries.size(); ++i)
       offsets[static_cast<std::size_t>(block.queries[i]) + 1] = block.counts[i];
   for (std::size_t q = 1; q < offsets.size(); ++q) offsets[q] += offsets[q - 1];
-  buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
+  buffer<std::int32_t> indices(offsets.back());
   buffer<S> distances(indices.size());
   parallel_blocks(std::ssize(blocks), 1, {.threads = threads}, [&](index_t b, index_t, index_t) {
-    auto& [names, counts, starts, found, how_far] = blocks[static_cast<std::size_t>(b)];
+    auto& [names, counts, starts, found, how_far] = blocks[b];
     // Neighbours that follow one another in both places are copied together.
     for (std::size_t i = 0, next = 0; i < names.size(); i = next) {
       index_t count = counts[i];
@@ -130,11 +130,11 @@ template <Scalar S>
                          starts[next] == starts[i] + count;
            ++next)
         count += counts[next];
-      const index_t to = offsets[static_cast<std::size_t>(names[i])];
+      const index_t to = offsets[names[i]];
       std::copy_n(found.begin() + starts[i], count, indices.begin() + to);
       std::copy_n(how_far.begin() + starts[i], count, distances.begin() + to);
     }
-    blocks[static_cast<std::size_t>(b)] = {};
+    blocks[b] = {};
   });
   return {std::move(offsets), std::move(indices), std::move(distances)};
 }
@@ -145,10 +145,9 @@ template <Scalar S>
 template <Scalar S, class F>
 [[nodiscard]] neighborhoods<S> gather_neighborhoods(index_t queries, const execution& how,
                                                     F&& make_find) {
-  std::vector<found_block<S>> blocks(
-      static_cast<std::size_t>((queries + query_block_size - 1) / query_block_size));
+  std::vector<found_block<S>> blocks((queries + query_block_size - 1) / query_block_size);
   parallel_blocks(queries, query_block_size, how, [&](index_t b, index_t begin, index_t end) {
-    auto& block = blocks[static_cast<std::size_t>(b)];
+    auto& block = blocks[b];
     auto find = make_find();
     std::vector<neighbor<S>> found;
     for (index_t q = begin; q < end; ++q) {
@@ -168,7 +167,7 @@ template <VisitingSearcher T>
   using S = typename T::scalar;
   std::mutex one_at_a_time;
   std::vector<found_block<S>> blocks;
-  std::vector<bool> is_visited(static_cast<std::size_t>(queries.size()));
+  std::vector<bool> is_visited(queries.size());
   searcher.visit_all(
       queries, spec,
       [&](const neighborhood_block<S>& block) {
@@ -176,9 +175,9 @@ template <VisitingSearcher T>
         for (index_t i = 0; i < block.size(); ++i) kept.add(block.query(i), block[i]);
         const std::scoped_lock lock{one_at_a_time};
         for (const auto q : kept.queries) {
-          expects(0 <= q && q < queries.size() && !is_visited[static_cast<std::size_t>(q)],
+          expects(0 <= q && q < queries.size() && !is_visited[q],
                   "find_neighborhoods: the searcher visits a query that is none, or one twice");
-          is_visited[static_cast<std::size_t>(q)] = true;
+          is_visited[q] = true;
         }
         blocks.push_back(std::move(kept));
       },

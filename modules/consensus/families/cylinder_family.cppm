@@ -84,7 +84,7 @@ class cylinder_family {
     if (!data) return std::nullopt;
     Eigen::MatrixXd normals(3, std::ssize(indices));
     for (index_t k = 0; k < normals.cols(); ++k) {
-      const auto normal = normals_[indices[static_cast<std::size_t>(k)]];
+      const auto normal = normals_[indices[k]];
       normals.col(k) = is_finite(normal) ? normal.template cast<double>().eval()
                                          : Eigen::Vector3d::Zero().eval();
     }

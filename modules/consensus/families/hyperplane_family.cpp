@@ -115,7 +115,7 @@ void score_hyperplanes(const coordinate_rows<S>& points, std::span<const plane_i
   const index_t dimension = points.rows.rows();
   if (dimension == 2) return score_by_kernel<S, 2>(points, planes, first, count, scoring, sums);
   if (dimension == 3) return score_by_kernel<S, 3>(points, planes, first, count, scoring, sums);
-  std::vector<S> residuals(static_cast<std::size_t>(count));
+  std::vector<S> residuals(count);
   residual_scoring here = scoring;
   if (!here.active.empty())
     here.active = here.active.subspan(static_cast<std::size_t>(first), residuals.size());

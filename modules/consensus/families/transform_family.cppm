@@ -85,7 +85,7 @@ class transform_family {
                                      std::span<const index_t> indices) {
     std::vector<index_t> some(indices.begin(), indices.end());
     if (!all.empty())
-      for (index_t& i : some) i = all[static_cast<std::size_t>(i)];
+      for (index_t& i : some) i = all[i];
     return some;
   }
 

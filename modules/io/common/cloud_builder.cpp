@@ -81,7 +81,7 @@ bool cloud_builder<S, D>::assign(std::initializer_list<std::string_view> names, 
       return true;
     });
     if (found == fields_.end()) return false;
-    places.push_back(static_cast<std::size_t>(found - fields_.begin()));
+    places.push_back(found - fields_.begin());
   }
   index_t row = 0;
   for (const std::size_t f : places) {
@@ -98,9 +98,9 @@ void cloud_builder<S, D>::resize(index_t count) {
   if (with_colors_) cloud_.colors.resize(3, count);
   for (std::size_t f = 0; f < targets_.size(); ++f) {
     if (targets_[f].to == kind::attribute)
-      std::visit([&](auto& v) { v.resize(static_cast<std::size_t>(count)); }, targets_[f].values);
+      std::visit([&](auto& v) { v.resize(count); }, targets_[f].values);
     if (targets_[f].to == kind::packed_color && same_name(fields_[f].name, "rgba"))
-      targets_[f].alpha.resize(static_cast<std::size_t>(count));
+      targets_[f].alpha.resize(count);
   }
 }
 

@@ -71,7 +71,7 @@ class cloud_builder {
         store_packed(to, i, value);
         break;
       case kind::attribute:
-        (*std::get_if<std::vector<T>>(&to.values))[static_cast<std::size_t>(i)] = value;
+        (*std::get_if<std::vector<T>>(&to.values))[i] = value;
     }
   }
 
@@ -105,8 +105,7 @@ class cloud_builder {
       for (int c = 0; c < 3; ++c)
         cloud_.colors(c, i) =
             detail::from_eight_bit(static_cast<std::uint8_t>(bits >> (16 - 8 * c)));
-      if (!to.alpha.empty())
-        to.alpha[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(bits >> 24);
+      if (!to.alpha.empty()) to.alpha[i] = static_cast<std::uint8_t>(bits >> 24);
     }
   }
   template <class T, bool swap>

@@ -86,9 +86,9 @@ template <Scalar S>
 template <Scalar S, std::size_t N>
 [[nodiscard]] index_t count_sources(const std::array<correspondences<S>, N>& searches,
                                     index_t sources) {
-  std::vector<bool> is_paired(static_cast<std::size_t>(sources));
+  std::vector<bool> is_paired(sources);
   for (const auto& pairs : searches)
-    for (const auto& pair : pairs) is_paired[static_cast<std::size_t>(pair.source)] = true;
+    for (const auto& pair : pairs) is_paired[pair.source] = true;
   index_t count = 0;
   for (const bool b : is_paired) count += b;
   return count;

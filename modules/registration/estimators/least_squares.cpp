@@ -81,8 +81,7 @@ equation_sums<3, 6> sum_by_kernel(const registered_surfaces<S, 3>& surfaces,
     return detail::strided_vectors<S>{v.data(), v.stride()};
   };
   const auto n = std::ssize(pairs);
-  std::vector<detail::pair_sums> parts(
-      static_cast<std::size_t>((n + default_block_size - 1) / default_block_size));
+  std::vector<detail::pair_sums> parts((n + default_block_size - 1) / default_block_size);
   parallel_blocks(n, default_block_size, how, [&](index_t block, index_t begin, index_t end) {
     const detail::matched_points<S> matched{strided(surfaces.source.points),
                                             strided(surfaces.target.points),
@@ -102,7 +101,7 @@ equation_sums<3, 6> sum_by_kernel(const registered_surfaces<S, 3>& surfaces,
           (*block_here.weigh)(block_here.begin + first, {along, some}, {squares, some}, plane,
                               point);
         }};
-    kernel(matched, weights, parts[static_cast<std::size_t>(block)]);
+    kernel(matched, weights, parts[block]);
   });
 
   equation_sums<3, 6> total{3, 6};

@@ -163,7 +163,7 @@ template <Scalar S, int D, class Metric, MotionModel Model>
   const equation_sums<D, unknowns_of<Model, D>> zero{dimension, Model::unknowns(dimension)};
   const auto turn = turn_of<Metric, Model>(current);
   return ordered_sum(std::ssize(pairs), how, zero, [&](auto& sums, index_t i) {
-    const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
+    const auto& [s, t, distance] = pairs[i];
     const auto pair = pair_in<Metric>(surfaces, current, turn, s, t);
     const double square = (pair.point - pair.target).squaredNorm();
     if (!std::isfinite(square)) return;
@@ -259,7 +259,7 @@ class least_squares_estimator {
     const auto turn = turn_of<Metric, Model>(current);
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
-      const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
+      const auto& [s, t, distance] = pairs[i];
       const auto pair = pair_in<Metric>(surfaces_, current, turn, s, t);
       double square = 0, last = 0;
       int rows = 0;

@@ -54,7 +54,7 @@ motion_step affine_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
 
 Eigen::MatrixXd velocity_field::at(const Eigen::VectorXd& y) const {
   Eigen::MatrixXd sum = at_origin;
-  for (index_t k = 0; k < y.size(); ++k) sum += y[k] * slopes[static_cast<std::size_t>(k)];
+  for (index_t k = 0; k < y.size(); ++k) sum += y[k] * slopes[k];
   return sum;
 }
 
@@ -64,8 +64,7 @@ Eigen::MatrixXd velocity_field::mean_square(const Eigen::VectorXd& mean,
   Eigen::MatrixXd sum = at_mean.transpose() * at_mean;
   for (index_t k = 0; k < mean.size(); ++k)
     for (index_t l = 0; l < mean.size(); ++l)
-      sum += covariance(k, l) * slopes[static_cast<std::size_t>(k)].transpose() *
-             slopes[static_cast<std::size_t>(l)];
+      sum += covariance(k, l) * slopes[k].transpose() * slopes[l];
   return sum;
 }
 

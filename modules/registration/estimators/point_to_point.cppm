@@ -39,7 +39,7 @@ template <Scalar S, int D, class Weight>
                                         const Weight& weight, const execution& how) {
   const auto& [target, source, dimension, finite_sources, non_finite, center] = surfaces;
   return ordered_sum(std::ssize(pairs), how, match_sums<D>{dimension}, [&](auto& sums, index_t i) {
-    const auto& [s, t, found_distance] = pairs[static_cast<std::size_t>(i)];
+    const auto& [s, t, found_distance] = pairs[i];
     const point_vector<double, D> y = current(source.points[s]) - center;
     const point_vector<double, D> q = target.points[t].template cast<double>() - center;
     const double square = (y - q).squaredNorm();
@@ -134,7 +134,7 @@ class point_to_point_estimator {
     const affine_parts<double, C> current{transform};
     Eigen::VectorXd values(std::ssize(pairs));
     parallel_for(std::ssize(pairs), how_, [&](index_t i) {
-      const auto& [s, t, distance] = pairs[static_cast<std::size_t>(i)];
+      const auto& [s, t, distance] = pairs[i];
       values[i] =
           (current(surfaces_.source.points[s]) - surfaces_.target.points[t].template cast<double>())
               .norm();

@@ -62,14 +62,13 @@ class feature_searcher {
     const bool backward =
         options_.reciprocal || options_.direction != search_direction::source_to_target;
     if (forward) {
-      out.resize(static_cast<std::size_t>(n));
+      out.resize(n);
       parallel_blocks(n, default_block_size, how(), [&](index_t, index_t begin, index_t end) {
         point_vector<scalar, feature_dimension> feature(rows);
         for (index_t s = begin; s < end; ++s) {
           move(s, feature.data());
           const auto [t, distance] = tree_.nearest_two(feature)[0];
-          out[static_cast<std::size_t>(s)] = {static_cast<std::int32_t>(s),
-                                              static_cast<std::int32_t>(t), distance};
+          out[s] = {static_cast<std::int32_t>(s), static_cast<std::int32_t>(t), distance};
         }
       });
     }
@@ -77,11 +76,10 @@ class feature_searcher {
       point_matrix<scalar, feature_dimension> moved(rows, n);
       parallel_for(n, how(), [&](index_t i) { move(i, moved.data() + i * rows); });
       const tree_type tree{moved, {.threads = options_.threads}};
-      correspondences<scalar> back(static_cast<std::size_t>(target.size()));
+      correspondences<scalar> back(target.size());
       parallel_for(target.size(), how(), [&](index_t t) {
         const auto [s, distance] = tree.nearest_two(target[t])[0];
-        back[static_cast<std::size_t>(t)] = {static_cast<std::int32_t>(s),
-                                             static_cast<std::int32_t>(t), distance};
+        back[t] = {static_cast<std::int32_t>(s), static_cast<std::int32_t>(t), distance};
       });
       merge(out, back, forward);
     }
@@ -119,14 +117,14 @@ class feature_searcher {
                       [&](index_t, index_t begin, index_t end) {
                         Eigen::Matrix<scalar, dynamic, 1> feature(target.dimension());
                         for (index_t i = begin; i < end; ++i) {
-                          auto& pair = pairs[static_cast<std::size_t>(i)];
+                          auto& pair = pairs[i];
                           move(pair.source, feature.data());
                           pair.distance = (target[pair.target] - feature).norm();
                         }
                       });
     } else {
       parallel_for(std::ssize(pairs), how(), [&](index_t i) {
-        auto& pair = pairs[static_cast<std::size_t>(i)];
+        auto& pair = pairs[i];
         pair.distance = static_cast<scalar>(
             evaluate_pair<scalar>(judge_, pair.source, pair.target, pair.distance));
       });

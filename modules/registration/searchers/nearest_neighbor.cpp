@@ -118,7 +118,7 @@ void track_in_blocks(const kd_tree<S, D>& tree, points_view<S, D> points,
   known.places.resize(slots * std::size_t(D));
   known.others.resize(slots);
   known.held.resize(slots);
-  known.distances.resize(static_cast<std::size_t>(queries.size()));
+  known.distances.resize(queries.size());
   if (!known.is_known) {
     // Those that are not finite are in no block.
     known.nearest.assign(known.distances.size(), -1);
@@ -142,17 +142,15 @@ void track_in_blocks(const kd_tree<S, D>& tree, points_view<S, D> points,
           std::array<S, width> distances;
           unsigned wanted = 0;
           for (index_t i = 0; i < width; ++i)
-            if (names[i] >= 0 &&
-                (is_wanted.empty() || is_wanted[static_cast<std::size_t>(names[i])]))
-              wanted |= 1u << i;
+            if (names[i] >= 0 && (is_wanted.empty() || is_wanted[names[i]])) wanted |= 1u << i;
           track(search,
                 {at + b * width * D, wanted, known.places.data() + b * width * D,
                  known.held.data() + b * width, known.others.data() + b * width, distances.data()});
           for (index_t i = 0; i < width; ++i) {
             if ((wanted >> i & 1) == 0) continue;
             const auto q = static_cast<std::size_t>(names[i]);
-            known.nearest[q] = known.held[static_cast<std::size_t>(b * width + i)];
-            known.distances[q] = distances[static_cast<std::size_t>(i)];
+            known.nearest[q] = known.held[b * width + i];
+            known.distances[q] = distances[i];
           }
         }
       });
@@ -182,13 +180,12 @@ void track_moved(const kd_tree<S, D>& tree, points_view<S, D> points,
   } else {
     constexpr index_t width = 16;
     const auto& nodes = queries_tree->nodes();
-    buffer<S> at(static_cast<std::size_t>(nodes.blocks() * width * D));
+    buffer<S> at(nodes.blocks() * width * D);
     parallel_for(nodes.blocks(), {.threads = threads}, [&](index_t b) {
       for (index_t i = 0; i < width; ++i) {
-        const index_t q = nodes.indices[static_cast<std::size_t>(b * width + i)];
+        const index_t q = nodes.indices[b * width + i];
         for (index_t d = 0; d < D; ++d)
-          at[static_cast<std::size_t>((b * D + d) * width + i)] =
-              q >= 0 ? moved[q][d] : std::numeric_limits<S>::quiet_NaN();
+          at[(b * D + d) * width + i] = q >= 0 ? moved[q][d] : std::numeric_limits<S>::quiet_NaN();
       }
     });
     track_in_blocks(tree, points, *queries_tree, at.data(), stay, max_distance, known, {}, threads);
@@ -281,14 +278,14 @@ void nearest_neighbor_engine<S, D>::find(const source_motion& motion,
     if (distance <= limit) out.push_back({s, t, distance});
   };
   const auto partner_of = [](const tracked_queries<S>& found, index_t i) {
-    return found.nearest[static_cast<std::size_t>(i)];
+    return found.nearest[i];
   };
 
   if (options_.reciprocal) {
     find_forward(motion, memory.sources);
     memory.is_wanted.assign(static_cast<std::size_t>(target_.size()), 0);
     for (const std::int32_t t : memory.sources.nearest)
-      if (t >= 0) memory.is_wanted[static_cast<std::size_t>(t)] = 1;
+      if (t >= 0) memory.is_wanted[t] = 1;
     find_backward(motion, memory.targets, memory.is_wanted);
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s);
@@ -298,10 +295,10 @@ void nearest_neighbor_engine<S, D>::find(const source_motion& motion,
   }
   if (options_.direction != search_direction::target_to_source) {
     find_forward(motion, memory.sources);
-    out.reserve(static_cast<std::size_t>(source_.size()));
+    out.reserve(source_.size());
     for (std::int32_t s = 0; s < source_.size(); ++s)
       if (const auto t = partner_of(memory.sources, s); t >= 0) {
-        const S distance = memory.sources.distances[static_cast<std::size_t>(s)];
+        const S distance = memory.sources.distances[s];
         if (distance <= limit) out.push_back({s, t, distance});
       }
   }

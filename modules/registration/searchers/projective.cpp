@@ -10,9 +10,9 @@ namespace cilantro {
 template <Scalar S>
 void projective_searcher<S>::pair_moved(points_view<S, 3> source, correspondences<S>& out) const {
   const auto to_camera = camera_.to_world.inverse();
-  out.resize(static_cast<std::size_t>(source.size()));
+  out.resize(source.size());
   parallel_for(source.size(), {.threads = options_.threads}, [&](index_t s) {
-    auto& pair = out[static_cast<std::size_t>(s)];
+    auto& pair = out[s];
     pair = {static_cast<std::int32_t>(s), -1, 0};
     const point_vector<S, 3> ahead = to_camera * source[s];
     if (!(ahead.z() > 0)) return;

@@ -6,6 +6,7 @@
 #
 # FIND: what find_package is called with, here and wherever the component is found. LINK: the targets of those packages
 # that its units need.
+
 # Two versions of the library are two libraries with the same names: a component goes with the one it was compiled for.
 if(DEFINED cilantro_VERSION)  # Found.
   set_property(GLOBAL PROPERTY CILANTRO_VERSION ${cilantro_VERSION})

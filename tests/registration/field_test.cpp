@@ -200,6 +200,7 @@ TEST_CASE("a map of another dimension is refused, whatever types Eigen converts"
   const auto plane = identity_transform<rigid_transform<double, dynamic>>(2);
   CHECK_THROWS_AS((void)found_by(nearest_neighbor_searcher{points, points}, plane), invalid_input);
   CHECK(check_point_map(plane, points).size() == 1);
+  CHECK_THROWS_AS((pair_matcher{point_to_point{}, plane, points, points}), invalid_input);
   CHECK(check_point_map(Eigen::Affine3d{Eigen::Scaling(1.0, 1.0, 0.0)}, points).size() == 1);
 }
 
@@ -247,8 +248,9 @@ TEST_CASE("a metric sees pairs under an affine map as the estimator does") {
   const auto pairs = found_by(nearest_neighbor_searcher{source, target}, affine);
   const least_squares_estimator estimator{source, target, symmetric{}, affine_motion{}};
   const auto residuals = estimator.residuals(affine, pairs);
-  const pair_matcher matcher{symmetric{}, affine, oriented_points_view<double, 3>{source},
-                             oriented_points_view<double, 3>{target}};
+  const pair_matcher matcher{symmetric{}, affine, source, target};
+  CHECK_THROWS_AS((void)matcher({80, 0, 0}), invalid_input);
+  CHECK_THROWS_AS((pair_matcher{symmetric{}, affine, source.points, target}), invalid_input);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     weighted_rows(symmetric{}, matcher(pairs[i]), pairs[i].distance,
                   [&](double, double value, const auto&, const auto&) {

@@ -251,8 +251,7 @@ class pair_matcher {
   /// needs normals that the points have not.
   pair_matcher(const Metric&, const M& map [[clang::lifetimebound]],
                const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target)
-      : source_{source}, target_{target}, move_{mover(map)}, turn_{turner(map)} {
-    expect_moves(map, source.points, "pair_matcher");
+      : source_{moved_by(map, source)}, target_{target}, move_{mover(map)}, turn_{turner(map)} {
     expects(!needs_source_normals<Metric> || source.has_normals() || source.points.empty(),
             "pair_matcher: the metric needs normals of the source; estimate them first");
     expects(!needs_target_normals<Metric> || target.has_normals() || target.points.empty(),
@@ -285,6 +284,12 @@ class pair_matcher {
                 "the metric needs normals of the source, and the map has no member normal(i, n)");
   using vector = point_vector<double, D>;
 
+  /// Checked before anything is made of the map.
+  static const oriented_points_view<S, D>& moved_by(const M& map,
+                                                    const oriented_points_view<S, D>& source) {
+    expect_moves(map, source.points, "pair_matcher");
+    return source;
+  }
   static auto mover(const M& map) {
     if constexpr (AffineMap<M>)
       return [move = affine_parts<double, D>{map}](index_t, const auto& p) { return move(p); };

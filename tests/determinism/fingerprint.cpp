@@ -3,6 +3,7 @@
 // Prints a hash of the bits of what the main functions give, a line each, for scripts/arm64.sh to
 // compare machines by: fingerprint [DEPTH_IMAGE]
 // What goes in is made of sums, products and square roots only, which every machine rounds alike.
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -88,7 +89,7 @@ void search_and_geometry(const std::string& input, const point_matrix<S, D>& poi
   report(name + "within a radius", hash{} << within.indices() << within.distances());
 
   report(name + "voxel_downsample", hash{} << voxel_downsample(points, edge));
-  const auto normals = estimate_normals(points, knn{12});
+  const auto normals = estimate_normals(points, knn{std::max<index_t>(12, points.rows())});
   report(name + "estimate_normals", hash{} << normals.normals << normals.curvature);
   const auto wide = estimate_normals(points, radius{2 * edge});
   report(name + "estimate_normals by radius", hash{} << wide.normals << wide.curvature);

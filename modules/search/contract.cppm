@@ -128,7 +128,7 @@ class batch_contract {
 
  private:
   using query_type = point_vector<scalar, T::static_dimension>;
-  static constexpr index_t different_queries = 60, query_count = 40 * different_queries;
+  static constexpr index_t different_queries = 60, query_count = 20 * different_queries;
 
   void check_all(const neighborhood_spec& spec) {
     const auto all = searcher_.find_all(view_type{points_in(queries_)}, spec, execution{});
@@ -216,7 +216,7 @@ export template <NeighborSearcher T, PointsSource P,
       batch_contract batches{searcher, view};
       for (const neighborhood_spec spec :
            {neighborhood_spec{knn{5}}, neighborhood_spec{radius{0}},
-            neighborhood_spec{knn{std::min<index_t>(view.size(), 100) + 3}}})
+            neighborhood_spec{knn{std::min<index_t>(view.size(), 17) + 3}}})
         batches.check(spec);
       for (auto& sentence : batches.take()) violations.push_back(std::move(sentence));
     }

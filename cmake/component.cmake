@@ -58,8 +58,8 @@ function(cilantro_add_component name)
       NAMESPACE cilantro:: DESTINATION ${folder} CXX_MODULES_DIRECTORY modules COMPONENT ${name})
     get_property(template GLOBAL PROPERTY CILANTRO_COMPONENT_TEMPLATE)
     configure_package_config_file(${template} cilantro-${name}-config.cmake INSTALL_DESTINATION ${folder})
-    get_property(version GLOBAL PROPERTY CILANTRO_VERSION)
-    write_basic_package_version_file(cilantro-${name}-config-version.cmake VERSION ${version} COMPATIBILITY ExactVersion)
+    write_basic_package_version_file(cilantro-${name}-config-version.cmake
+      VERSION ${cilantro_component_version} COMPATIBILITY ExactVersion)
     install(FILES ${CMAKE_CURRENT_BINARY_DIR}/cilantro-${name}-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/cilantro-${name}-config-version.cmake
       DESTINATION ${folder} COMPONENT ${name})
   endif()

@@ -18,6 +18,12 @@ export struct contract_options {
   std::uint64_t seed = 0;
 };
 
+/// Whether two distances are the same but for rounding.
+template <Scalar S>
+[[nodiscard]] bool is_close(S a, S b) {
+  return std::abs(a - b) <= 64 * std::numeric_limits<S>::epsilon() * std::max(a, b);
+}
+
 /// Compares one searcher with the truth, a query and a specification at a time, and collects what
 /// differs. Distances may differ by rounding, since nobody has to sum them in our order.
 template <NeighborSearcher T, Metric<typename T::scalar, T::static_dimension> M>
@@ -83,9 +89,6 @@ class searcher_contract {
   }
 
  private:
-  static bool is_close(scalar a, scalar b) {
-    return std::abs(a - b) <= 64 * std::numeric_limits<scalar>::epsilon() * std::max(a, b);
-  }
   [[nodiscard]] scalar sum_to(const query_type& query, index_t i) const {
     return by_.between(query.data(), points_.data() + i * points_.stride(), points_.dimension());
   }
@@ -178,9 +181,6 @@ class batch_contract {
       if (!is_close(neighbor<scalar>(a[std::size_t(i)]).distance, b[std::size_t(i)].distance))
         return false;
     return true;
-  }
-  static bool is_close(scalar a, scalar b) {
-    return std::abs(a - b) <= 64 * std::numeric_limits<scalar>::epsilon() * std::max(a, b);
   }
 
   const T& searcher_;

@@ -184,7 +184,7 @@ void segment(benchmark::State& state) {
     const auto parts =
         connected_components(large, knn{segment_neighbors},
                              similar_normals{normals, segment_angle, {.ignore_sign = true}},
-                             {.min_size = segment_min_size});
+                             {.min_cluster_size = segment_min_size});
     benchmark::DoNotOptimize(parts.labels().data());
     labeled = double(large.size() - parts.unlabeled());
   }
@@ -200,7 +200,7 @@ void segment_graph(benchmark::State& state) {
   for (auto _ : state) {
     const auto parts =
         connected_components(graph, similar_normals{normals, segment_angle, {.ignore_sign = true}},
-                             {.min_size = segment_min_size});
+                             {.min_cluster_size = segment_min_size});
     benchmark::DoNotOptimize(parts.labels().data());
     labeled = double(large.size() - parts.unlabeled());
   }
@@ -212,7 +212,7 @@ void euclidean_parts(benchmark::State& state) {
   double labeled = 0;
   for (auto _ : state) {
     const auto parts = connected_components(points(), radius{density_radius}, always_similar{},
-                                            {.min_size = segment_min_size});
+                                            {.min_cluster_size = segment_min_size});
     benchmark::DoNotOptimize(parts.labels().data());
     labeled = double(points().size() - parts.unlabeled());
   }

@@ -3,6 +3,7 @@
 // A family of models of your own: parabolas y = a x² + b x + c, such as the way of a thrown ball,
 // among points that are not of it.
 #include <cmath>
+#include <cstdint>
 #include <iostream>
 #include <optional>
 #include <span>
@@ -18,7 +19,7 @@ struct parabolas {
   index_t sample_size() const { return 3; }
 
   /// Through a sample, and of least squares through more.
-  std::optional<model_type> fit(std::span<const index_t> indices) const {
+  std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     Eigen::MatrixX3d powers(std::ssize(indices), 3);
     Eigen::VectorXd heights(std::ssize(indices));
     for (index_t k = 0; k < heights.size(); ++k) {

@@ -29,7 +29,7 @@ int main() {
       check_similarity_function(smooth, find_neighborhoods(tree, cloud.points, knn{5}));
   for (const auto& violation : violations) std::cout << violation << '\n';
 
-  const auto parts = connected_components(tree, cloud, knn{20}, smooth, {.min_size = 100});
+  const auto parts = connected_components(tree, cloud, knn{20}, smooth, {.min_cluster_size = 100});
   std::cout << parts.size() << " smooth parts:";
   for (const index_t size : parts.sizes()) std::cout << ' ' << size;
   std::cout << "\n" << parts.unlabeled() << " points in none\n";

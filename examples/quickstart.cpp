@@ -45,8 +45,8 @@ int main(int argc, char** argv) try {
       | report_to(report, "write out/cloud.ply");
   // clang-format on
 
-  const auto parts =
-      connected_components(both, knn{30}, similar_normals{both.normals, 0.14}, {.min_size = 50});
+  const auto parts = connected_components(both, knn{30}, similar_normals{both.normals, 0.14},
+                                          {.min_cluster_size = 50});
   both.colors = label_colors(parts.labels());
 
   write_png(side_by_side(in_two_colors(target, source, first.camera, voxel),

@@ -98,12 +98,15 @@ using std::predicate;
 using std::same_as;
 using std::uniform_random_bit_generator;
 
+using std::default_sentinel;
+using std::default_sentinel_t;
 using std::input_iterator_tag;
 using std::random_access_iterator_tag;
 
 using std::abs;
 using std::all_of;
 using std::apply;
+using std::as_const;
 using std::asin;
 using std::atan2;
 using std::bit_cast;
@@ -124,6 +127,7 @@ using std::in_range;
 using std::invoke;
 using std::is_arithmetic_v;
 using std::is_class_v;
+using std::is_const_v;
 using std::is_invocable_r_v;
 using std::is_pointer_v;
 using std::is_signed_v;
@@ -148,6 +152,9 @@ using std::sqrt;
 using std::ssize;
 using std::swap;
 using std::to_string;
+using std::tuple_cat;
+using std::tuple_element_t;
+using std::tuple_size_v;
 using std::visit;
 
 using std::operator==;
@@ -184,6 +191,7 @@ using std::ranges::end;
 using std::ranges::equal;
 using std::ranges::find;
 using std::ranges::find_if;
+using std::ranges::forward_range;
 using std::ranges::input_range;
 using std::ranges::is_sorted;
 using std::ranges::iter_swap;
@@ -194,14 +202,24 @@ using std::ranges::partial_sort;
 using std::ranges::pop_heap;
 using std::ranges::push_heap;
 using std::ranges::random_access_range;
+using std::ranges::range;
+using std::ranges::range_reference_t;
 using std::ranges::range_value_t;
+using std::ranges::sentinel_t;
 using std::ranges::size;
 using std::ranges::sized_range;
 using std::ranges::sort;
 using std::ranges::ssize;
 using std::ranges::upper_bound;
+using std::ranges::view;
 using std::ranges::view_interface;
+using std::ranges::viewable_range;
+#if defined(__cpp_lib_ranges) && __cpp_lib_ranges >= 202202L
+using std::ranges::range_adaptor_closure;
+#endif
 namespace views {
+using std::ranges::views::all;
+using std::ranges::views::all_t;
 using std::ranges::views::iota;
 using std::ranges::views::transform;
 }  // namespace views

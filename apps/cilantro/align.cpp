@@ -41,9 +41,8 @@ struct align_settings {
 template <class S>
 using isometry = Eigen::Transform<S, 3, Eigen::Isometry>;
 
-template <class S>
-align_options<isometry<S>> options_of(const align_settings& settings) {
-  align_options<isometry<S>> options{.metric = metrics.at(settings.metric),
+align_options options_of(const align_settings& settings) {
+  align_options options{.metric = metrics.at(settings.metric),
                                      .max_iterations = settings.iterations,
                                      .scales = {{settings.voxel, settings.max_distance}},
                                      .normals = knn{settings.normals},
@@ -86,7 +85,7 @@ void run(const align_settings& settings, const point_cloud<S, 3>& source,
   icp_result<isometry<S>> found;
   const auto aligned = [&] {
     progress_line line{"aligning", settings.quiet};
-    auto options = options_of<S>(settings);
+    auto options = options_of(settings);
     options.monitor = line.monitor();
     return align_to(source, target, options, &found);
   }();

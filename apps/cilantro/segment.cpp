@@ -46,9 +46,10 @@ void run(const segment_settings& settings, point_cloud<S, 3>& cloud,
     // Nobody knows whether the normals of a file have been turned to one side.
     const similar_normals smooth{
         cloud.normals, settings.angle * std::numbers::pi / 180, {.ignore_sign = true}};
-    return connected_components(
-        cloud, spec, smooth,
-        {.min_size = settings.min_size, .threads = settings.threads, .monitor = line.monitor()});
+    return connected_components(cloud, spec, smooth,
+                                {.min_cluster_size = settings.min_size,
+                                 .threads = settings.threads,
+                                 .monitor = line.monitor()});
   }();
   cloud.colors = label_colors(parts.labels());
   cloud.set_attribute("cluster",

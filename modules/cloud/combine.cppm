@@ -43,75 +43,94 @@ export template <Scalar S, int D, AffineMap T>
   return cloud;
 }
 
-/// The affine transform that a matrix of homogeneous coordinates is. Throws `invalid_input` unless
-/// its last row is (0, …, 0, 1).
-template <class M>
-[[nodiscard]] auto transform_of(const Eigen::MatrixBase<M>& homogeneous) {
-  constexpr int D = M::RowsAtCompileTime - 1;
-  using vector = Eigen::Matrix<typename M::Scalar, 1, D + 1>;
-  expects(homogeneous.row(D) == vector::Unit(D),
-          "transform: the last row of a matrix of homogeneous coordinates must be 0, …, 0, 1");
-  affine_transform<typename M::Scalar, D> transform;
-  transform.matrix() = homogeneous;
-  return transform;
-}
-
-/// As above, by a matrix of homogeneous coordinates, as files of poses have them.
+/// As above, by a matrix of homogeneous coordinates, as files of poses have them. Throws
+/// `invalid_input` unless its last row is (0, …, 0, 1).
 export template <Scalar S, int D, class M>
-  requires(D != dynamic && M::RowsAtCompileTime == D + 1 && M::ColsAtCompileTime == D + 1)
 [[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud,
                                           const Eigen::MatrixBase<M>& homogeneous) {
-  return transform(std::move(cloud), transform_of(homogeneous));
+  const index_t dimension = cloud.dimension();
+  return transform(std::move(cloud),
+                   any_transform{homogeneous}.template as<affine_transform<double, D>>(
+                       dimension, "transform: matrix and cloud must have the same dimension"));
+}
+
+/// Throws `invalid_input` unless two clouds know the same about their points.
+template <Scalar S, int D>
+void expect_appendable(const point_cloud<S, D>& first, const point_cloud<S, D>& second) {
+  expects(first.dimension() == second.dimension(), "append: the clouds differ in dimension");
+  expects(first.has_normals() == second.has_normals(),
+          "append: only one of the clouds has normals");
+  expects(first.has_colors() == second.has_colors(), "append: only one of the clouds has colors");
+  for (const auto& [one, other] : {std::pair{&first, &second}, std::pair{&second, &first}})
+    for (const auto& a : one->attributes)
+      expects(other->find_attribute(a.name) != nullptr,
+              "append: only one of the clouds has the attribute \"" + a.name + '"');
+}
+
+/// The points of all parts, one after the other.
+template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> append_parts(std::span<const point_cloud<S, D>* const> parts) {
+  std::vector<const point_cloud<S, D>*> filled;
+  std::vector<std::string> comments;
+  index_t count = 0;
+  for (const auto* part : parts) {
+    expect_consistent(*part, "append");
+    comments.insert(comments.end(), part->comments.begin(), part->comments.end());
+    if (part->empty()) continue;
+    if (!filled.empty()) expect_appendable(*filled.front(), *part);
+    filled.push_back(part);
+    count += part->size();
+  }
+  point_cloud<S, D> all;
+  if (filled.size() < 2) {
+    if (!parts.empty()) all = filled.empty() ? *parts.front() : *filled.front();
+    all.comments = std::move(comments);
+    return all;
+  }
+  const auto& first = *filled.front();
+  all.points.resize(first.dimension(), count);
+  if (first.has_normals()) all.normals.resize(first.dimension(), count);
+  if (first.has_colors()) all.colors.resize(3, count);
+  all.comments = std::move(comments);
+  all.origin = first.origin;
+  for (const auto& a : first.attributes) {
+    attribute values{a.name, {}};
+    for (const auto* part : filled)
+      values = part == &first ? a : concatenate(std::move(values), *part->find_attribute(a.name));
+    all.attributes.push_back(std::move(values));
+  }
+  index_t begin = 0;
+  for (const auto* part : filled) {
+    const index_t n = part->size();
+    const point_vector<double, D> shift = part->full_origin() - first.full_origin();
+    if (shift.isZero(0))
+      all.points.middleCols(begin, n) = part->points;
+    else
+      all.points.middleCols(begin, n) =
+          (part->points.template cast<double>().colwise() + shift).template cast<S>();
+    if (first.has_normals()) all.normals.middleCols(begin, n) = part->normals;
+    if (first.has_colors()) all.colors.middleCols(begin, n) = part->colors;
+    begin += n;
+  }
+  return all;
 }
 
 /// The points of `first`, then those of `second`. Both must know the same about their points:
 /// throws `invalid_input` naming normals, colours or the attribute that only one of them has. An
 /// empty cloud goes with every other. Comments of both are kept, and the origin of the first one.
 export template <Scalar S, int D>
-[[nodiscard]] point_cloud<S, D> append(point_cloud<S, D> first, const point_cloud<S, D>& second) {
-  expect_consistent(first, "append");
-  expect_consistent(second, "append");
-  const auto comments = [&] {
-    auto all = std::move(first.comments);
-    all.insert(all.end(), second.comments.begin(), second.comments.end());
-    return all;
-  };
-  if (first.empty() || second.empty()) {
-    auto all = comments();
-    if (first.empty() && !second.empty()) first = second;
-    first.comments = std::move(all);
-    return first;
-  }
-  expects(first.dimension() == second.dimension(), "append: the clouds differ in dimension");
-  expects(first.has_normals() == second.has_normals(),
-          "append: only one of the clouds has normals");
-  expects(first.has_colors() == second.has_colors(), "append: only one of the clouds has colors");
-  for (const auto& a : second.attributes)
-    expects(first.find_attribute(a.name) != nullptr,
-            "append: only one of the clouds has the attribute \"" + a.name + '"');
-  std::vector<attribute> attributes;
-  for (const auto& a : first.attributes) {
-    const attribute* other = second.find_attribute(a.name);
-    expects(other != nullptr, "append: only one of the clouds has the attribute \"" + a.name + '"');
-    attributes.push_back(concatenate(a, *other));
-  }
-  const auto extend = [](auto& columns, const auto& more) {
-    const auto before = columns.cols();
-    columns.conservativeResize(more.rows(), before + more.cols());
-    columns.rightCols(more.cols()) = more;
-  };
-  const point_vector<double, D> shift = second.full_origin() - first.full_origin();
-  if (shift.isZero(0))
-    extend(first.points, second.points);
-  else
-    extend(first.points,
-           ((second.points.template cast<double>().colwise() + shift).template cast<S>()).eval());
-  first.width = first.height = 0;
-  if (first.has_normals()) extend(first.normals, second.normals);
-  if (first.has_colors()) extend(first.colors, second.colors);
-  first.attributes = std::move(attributes);
-  first.comments = comments();
-  return first;
+[[nodiscard]] point_cloud<S, D> append(const point_cloud<S, D>& first,
+                                       const point_cloud<S, D>& second) {
+  return append_parts<S, D>(std::array{&first, &second});
+}
+
+/// The points of any number of clouds, as `append` puts two together, in time that is linear in
+/// their number. None make an empty cloud.
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> append_all(const std::vector<point_cloud<S, D>>& clouds) {
+  std::vector<const point_cloud<S, D>*> parts;
+  for (const auto& cloud : clouds) parts.push_back(&cloud);
+  return append_parts<S, D>(parts);
 }
 
 /// The cloud with points and normals in another scalar. Colours and attributes keep their types.
@@ -129,7 +148,7 @@ export template <Scalar T, Scalar S, int D>
 }
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D) \
-  extern template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);
+  extern template point_cloud<S, D> append_parts(std::span<const point_cloud<S, D>* const>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

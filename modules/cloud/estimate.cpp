@@ -12,7 +12,7 @@ module cilantro.cloud;
 namespace cilantro {
 
 #define CILANTRO_INSTANTIATE(S, D)                                                         \
-  template point_cloud<S, D> append(point_cloud<S, D>, const point_cloud<S, D>&);          \
+  template point_cloud<S, D> append_parts(std::span<const point_cloud<S, D>* const>);      \
   template point_cloud<S, D> estimate_normals(point_cloud<S, D>, neighborhood_spec,        \
                                               const normals_options&);                     \
   template point_cloud<S, D> voxel_downsample(const point_cloud<S, D>&, const voxel_size&, \

@@ -10,7 +10,7 @@ import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;
 import :attribute;
-import :filters;
+import :choice;
 import :point_cloud;
 
 namespace cilantro {
@@ -79,15 +79,17 @@ export template <Scalar S, int D>
                                                  const voxel_size& size,
                                                  const voxel_downsample_options& options = {}) {
   expect_consistent(cloud, "voxel_downsample");
-  voxel_options cells{options.min_points, options.origin, options.threads, options.monitor};
+  voxel_options cells{.min_points_per_cell = options.min_points_per_cell,
+                      .origin = options.origin,
+                      .threads = options.threads,
+                      .monitor = options.monitor};
   if (cloud.has_origin())
     cells.origin = cloud.to_local(cells.origin.value_or(
         coordinates{point_vector<double, D>::Zero(cloud.dimension()).eval()}));
   const voxel_grid<S, D> grid{as_points(cloud.points), size, cells};
   const execution how{.threads = options.threads};
   if (options.pick != voxel_representative::mean)
-    return gather(cloud,
-                  std::span<const std::int32_t>{representatives(cloud, grid, options.pick, how)});
+    return gather(cloud, representatives(cloud, grid, options.pick, how));
   point_cloud<S, D> reduced;
   reduced.points = group_means(cloud.points, grid.groups(), how);
   if (cloud.has_normals()) reduced.normals = group_directions(cloud.normals, grid.groups(), how);

@@ -2,6 +2,8 @@
 export module cilantro.cloud:pipeline;
 
 import cilantro.standard;
+import cilantro.core;
+import :choice;
 import :point_cloud;
 
 namespace cilantro {
@@ -11,56 +13,277 @@ namespace cilantro {
 export template <class F, class C>
 concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
 
-/// A step of a pipeline: `cloud | step` is `step(cloud)`, and `a | b` is the step "a, then b".
+/// What every step of the library derives from, so that `|` between two of them is found: a step is
+/// a value with a call operator, which can be copied, assigned, stored, and asked what it is. Yours
+/// is a lambda, or a struct; derived from this, it may stand at the beginning of a line.
 ///
-/// Eager: every step returns a finished value, and a temporary cloud is moved through the whole
-/// line. A value like any other: store it, copy it, use it in `std::views::transform` over frames.
-/// Your own step is a lambda: `cloud | [](auto cloud) { …; return cloud; }`, and `step{lambda}`
-/// where a line of steps begins with it.
+/// A step may say, by members, what it is: `name`, a string for reports; `needs()`, which parts of
+/// a cloud it cannot do without, and `gives()`, which parts the result has, as `cloud_parts`;
+/// `reach()`, how far around a point it looks, as `step_reach`; and by `choose(cloud, kept)` that
+/// it only chooses points: see `ChoosingStep`.
+export struct pipeline_step {};
+
+/// Some parts of a cloud beside its points.
+export struct cloud_parts {
+  bool normals = false, colors = false;
+};
+
+/// How far from a point a step looks for what becomes of it. A part of a cloud with so wide a
+/// margin has the same result as the whole.
+export struct step_reach {
+  double distance = 0;      ///< In the units of the points.
+  index_t neighbors = 0;    ///< If not 0: so many nearest points, however far they are.
+  bool everything = false;  ///< Whether any point may depend on any other.
+
+  /// Of two steps, one after the other. How far the nearest of the nearest are is not known.
+  friend step_reach operator+(const step_reach& a, const step_reach& b) {
+    return {a.distance + b.distance, std::max(a.neighbors, b.neighbors),
+            a.everything || b.everything || (a.neighbors > 0 && b.neighbors > 0)};
+  }
+  friend bool operator==(const step_reach&, const step_reach&) = default;
+};
+
+template <class T>
+inline constexpr bool is_pipeline = false;
+
+/// Whether T is one of the steps that `|` puts together with any other.
+export template <class T>
+concept PipelineStep = std::derived_from<std::remove_cvref_t<T>, pipeline_step>;
+
+/// Whether C can be sent through all the steps.
+template <class C, class... Steps>
+inline constexpr bool goes_through = PointCloud<C>;
+template <class C, class First, class... Rest>
+inline constexpr bool goes_through<C, First, Rest...> = false;
+template <class C, class First, class... Rest>
+  requires StepFor<First, C>
+inline constexpr bool goes_through<C, First, Rest...> =
+    sizeof...(Rest) == 0 || goes_through<std::invoke_result_t<const First&, C>, Rest...>;
+
+/// Throws `invalid_input` unless the parts are there that are needed.
+void expect_parts(const cloud_parts& needed, bool has_normals, bool has_colors);
+
+/// Steps one after the other: what `a | b | c` is, and itself a step. Consecutive steps that only
+/// choose points are done in one pass, and the points that are left are copied once.
+export template <class... Steps>
+class pipeline : public pipeline_step {
+ public:
+  explicit pipeline(std::tuple<Steps...> steps) : steps_(std::move(steps)) {}
+
+  /// The steps in their order.
+  [[nodiscard]] const std::tuple<Steps...>& steps() const [[clang::lifetimebound]] {
+    return steps_;
+  }
+
+  /// Throws what the steps throw, and `invalid_input` before the first of them if the cloud lacks
+  /// what one of them needs and none before it gives.
+  template <PointCloud C>
+    requires goes_through<C, Steps...>
+  decltype(auto) operator()(C&& cloud) const {
+    if (!cloud.empty()) expect_parts(needs(), cloud.has_normals(), cloud.has_colors());
+    return run<0>(std::forward<C>(cloud));
+  }
+
+  [[nodiscard]] std::string name() const;
+  [[nodiscard]] cloud_parts needs() const;
+  [[nodiscard]] cloud_parts gives() const;
+  [[nodiscard]] step_reach reach() const
+    requires(requires(const Steps& step) { step.reach(); } && ...);
+  template <PointCloud C>
+    requires(ChoosingStep<Steps, C> && ...)
+  void choose(const C& cloud, chosen_points& kept) const {
+    std::apply([&](const auto&... step) { (step.choose(cloud, kept), ...); }, steps_);
+  }
+
+ private:
+  /// How many steps from `First` on only choose.
+  template <std::size_t First, class C>
+  static constexpr std::size_t choosing() {
+    if constexpr (First == sizeof...(Steps))
+      return 0;
+    else if constexpr (ChoosingStep<std::tuple_element_t<First, std::tuple<Steps...>>, C>)
+      return 1 + choosing<First + 1, C>();
+    else
+      return 0;
+  }
+
+  template <std::size_t First, class C>
+  decltype(auto) run(C&& cloud) const {
+    constexpr std::size_t count = choosing<First, C>();
+    if constexpr (count < 2 && First + 1 == sizeof...(Steps))
+      return std::get<First>(steps_)(std::forward<C>(cloud));
+    else if constexpr (count < 2)
+      return run<First + 1>(std::get<First>(steps_)(std::forward<C>(cloud)));
+    else if constexpr (First + count == sizeof...(Steps))
+      return choose_at<First>(std::forward<C>(cloud), std::make_index_sequence<count>{});
+    else
+      return run<First + count>(
+          choose_at<First>(std::forward<C>(cloud), std::make_index_sequence<count>{}));
+  }
+  template <std::size_t First, class C, std::size_t... I>
+  auto choose_at(C&& cloud, std::index_sequence<I...>) const {
+    return keep_chosen(std::forward<C>(cloud), std::get<First + I>(steps_)...);
+  }
+
+  std::tuple<Steps...> steps_;
+};
+template <class... Steps>
+inline constexpr bool is_pipeline<pipeline<Steps...>> = true;
+
+/// The name of a step, for reports and tables.
+export template <class T>
+[[nodiscard]] std::string name_of(const T& step) {
+  if constexpr (is_pipeline<T>)
+    return step.name();
+  else if constexpr (requires { std::string{step.name}; })
+    return std::string{step.name};
+  else
+    return "step";
+}
+/// Which parts of a cloud a step needs, as far as it says.
+export template <class T>
+[[nodiscard]] cloud_parts needs_of(const T& step) {
+  if constexpr (requires { step.needs(); })
+    return step.needs();
+  else
+    return {};
+}
+/// Which parts the result of a step has for certain, as far as it says.
+export template <class T>
+[[nodiscard]] cloud_parts gives_of(const T& step) {
+  if constexpr (requires { step.gives(); })
+    return step.gives();
+  else
+    return {};
+}
+/// How far a step looks; nothing if it does not say.
+export template <class T>
+[[nodiscard]] std::optional<step_reach> reach_of(const T& step) {
+  if constexpr (requires { step.reach(); })
+    return step.reach();
+  else
+    return std::nullopt;
+}
+
+template <class... Steps>
+std::string pipeline<Steps...>::name() const {
+  std::string all;
+  std::apply(
+      [&](const auto&... step) { ((all += (all.empty() ? "" : " | ") + name_of(step)), ...); },
+      steps_);
+  return all;
+}
+template <class... Steps>
+cloud_parts pipeline<Steps...>::needs() const {
+  cloud_parts needed, given;
+  const auto add = [&](const auto& step) {
+    const auto now = needs_of(step), then = gives_of(step);
+    needed.normals |= now.normals && !given.normals;
+    needed.colors |= now.colors && !given.colors;
+    given.normals |= then.normals;
+    given.colors |= then.colors;
+  };
+  std::apply([&](const auto&... step) { (add(step), ...); }, steps_);
+  return needed;
+}
+template <class... Steps>
+cloud_parts pipeline<Steps...>::gives() const {
+  cloud_parts given;
+  const auto add = [&](const cloud_parts& parts) {
+    given.normals |= parts.normals;
+    given.colors |= parts.colors;
+  };
+  std::apply([&](const auto&... step) { (add(gives_of(step)), ...); }, steps_);
+  return given;
+}
+template <class... Steps>
+step_reach pipeline<Steps...>::reach() const
+  requires(requires(const Steps& step) { step.reach(); } && ...)
+{
+  return std::apply([](const auto&... step) { return (step_reach{} + ... + step.reach()); },
+                    steps_);
+}
+
+/// A function as a step, where a line of steps begins with it or a function returns it:
+/// `step{[](auto cloud) { …; return cloud; }}`. Can be assigned, also where a lambda cannot.
 export template <class F>
-struct step {
-  F function;
+class step : public pipeline_step {
+ public:
+  explicit step(F function) : function_{std::move(function)} {}
+  step(const step&) = default;
+  step(step&&) = default;
+  step& operator=(const step& other) {
+    if (this != &other) function_.emplace(*other.function_);
+    return *this;
+  }
+  step& operator=(step&& other) noexcept {
+    if (this != &other) function_.emplace(std::move(*other.function_));
+    return *this;
+  }
+  ~step() = default;
 
   template <class C>
     requires StepFor<F, C>
   decltype(auto) operator()(C&& cloud) const {
-    return std::invoke(function, std::forward<C>(cloud));
+    return std::invoke(*function_, std::forward<C>(cloud));
   }
+
+ private:
+  std::optional<F> function_;  // Always there.
+};
+
+/// A step that only chooses points, as `F::choose` says: see `ChoosingStep`.
+export template <class F>
+struct choosing_step : F, pipeline_step {
+  explicit choosing_step(F choice) : F(std::move(choice)) {}
 
   template <PointCloud C>
-    requires StepFor<F, C>
-  friend decltype(auto) operator|(C&& cloud, const step& s) {
-    return s(std::forward<C>(cloud));
-  }
-
-  template <class G>
-  [[nodiscard]] friend auto operator|(step first, step<G> second) {
-    return cilantro::step{
-        [first = std::move(first),
-         second = std::move(second)]<PointCloud C>(C&& c) -> decltype(auto)
-          requires StepFor<F, C> &&
-                   std::invocable<const step<G>&, std::invoke_result_t<const F&, C>>
-        { return second(first(std::forward<C>(c))); }};
+    requires ChoosingStep<F, C>
+  std::remove_cvref_t<C> operator()(C&& cloud) const {
+    return keep_chosen(std::forward<C>(cloud), *this);
   }
 };
+
+/// A step that looks at clouds, as `F::look(cloud)` does, and hands them on as they are.
 export template <class F>
-step(F) -> step<F>;
+struct tap_step : F, pipeline_step {
+  explicit tap_step(F tap) : F(std::move(tap)) {}
 
-template <class F>
-inline constexpr bool is_step = false;
-template <class F>
-inline constexpr bool is_step<step<F>> = true;
+  template <PointCloud C>
+    requires requires(const F& tap, const std::remove_cvref_t<C>& cloud) { tap.look(cloud); }
+  C operator()(C&& cloud) const {
+    this->look(std::as_const(cloud));
+    return std::forward<C>(cloud);
+  }
+};
 
-/// A function that is no `step` is one all the same behind a cloud, and behind a step.
+template <class T>
+[[nodiscard]] auto as_steps(T step_or_line) {
+  if constexpr (is_pipeline<T>)
+    return step_or_line.steps();
+  else if constexpr (PipelineStep<T>)
+    return std::tuple<T>{std::move(step_or_line)};
+  else
+    return std::tuple<step<T>>{step{std::move(step_or_line)}};
+}
+
+/// A cloud sent through a step, or any function of clouds.
 export template <PointCloud C, class F>
-  requires(!is_step<F>) && StepFor<F, C>
+  requires StepFor<F, C>
 decltype(auto) operator|(C&& cloud, const F& function) {
   return std::invoke(function, std::forward<C>(cloud));
 }
-export template <class F, class G>
-  requires(!is_step<G>) && (std::is_class_v<G> || std::is_pointer_v<G>)
-[[nodiscard]] auto operator|(step<F> first, G second) {
-  return std::move(first) | step{std::move(second)};
+
+/// The step "first, then second". One of the two may be a function.
+export template <class A, class B>
+  requires(PipelineStep<A> || PipelineStep<B>) && (!PointCloud<A>) && (!PointCloud<B>) &&
+          (std::is_class_v<A> || std::is_pointer_v<A>) &&
+          (std::is_class_v<B> || std::is_pointer_v<B>)
+[[nodiscard]] auto operator|(A first, B second) {
+  auto all = std::tuple_cat(as_steps(std::move(first)), as_steps(std::move(second)));
+  return [&]<class... Steps>(std::tuple<Steps...>& steps) {
+    return pipeline<Steps...>{std::move(steps)};
+  }(all);
 }
 
 }  // namespace cilantro

@@ -68,7 +68,8 @@ struct point_cloud {
   [[nodiscard]] coordinates to_local(const coordinates& world) const;
 
   /// The attribute of that name, or null.
-  [[nodiscard]] const attribute* find_attribute(std::string_view name) const {
+  [[nodiscard]] const attribute* find_attribute(std::string_view name) const
+      [[clang::lifetimebound]] {
     for (const auto& a : attributes)
       if (a.name == name) return &a;
     return nullptr;
@@ -76,7 +77,8 @@ struct point_cloud {
   /// The values of an attribute that holds T, where they lie. Throws `invalid_input` if there is
   /// none of that name and type. What type a reader gives, depends on the file: see `attribute_to`.
   template <class T>
-  [[nodiscard]] std::span<const T> attribute_as(std::string_view name) const {
+  [[nodiscard]] std::span<const T> attribute_as(std::string_view name) const
+      [[clang::lifetimebound]] {
     const attribute* found = find_attribute(name);
     expects(found != nullptr, "the cloud has no attribute \"" + std::string{name} + '"');
     const auto* values = std::get_if<std::vector<T>>(&found->values);

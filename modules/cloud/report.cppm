@@ -23,7 +23,9 @@ export class pipeline_report {
   /// The clock of the first stage starts here.
   pipeline_report() : begun_{clock::now()} {}
 
-  [[nodiscard]] const std::vector<stage_report>& stages() const { return stages_; }
+  [[nodiscard]] const std::vector<stage_report>& stages() const [[clang::lifetimebound]] {
+    return stages_;
+  }
 
   /// Closes the stage `name`, whose result has so many points, and starts the next one.
   void add(std::string name, index_t points, index_t invalid);
@@ -38,14 +40,35 @@ export class pipeline_report {
 };
 export std::ostream& operator<<(std::ostream& out, const pipeline_report& report);
 
+struct report_tap {
+  pipeline_report* report;
+  std::string stage;
+
+  static constexpr const char* name = "report_to";
+  static step_reach reach() { return {}; }
+  template <Scalar S, int D>
+  void look(const point_cloud<S, D>& cloud) const {
+    report->stop();
+    report->add(stage, cloud.size(), count_non_finite(cloud.points));
+  }
+};
+
 /// A tap: notes under `name` what has happened since the tap before it, or since `report` was made,
 /// and hands the cloud on. `report` must outlive the step.
-export [[nodiscard]] inline auto report_to(pipeline_report& report, std::string name) {
-  return step{[&report, name = std::move(name)]<PointCloud C>(C&& cloud) -> C {
-    report.stop();
-    report.add(name, cloud.size(), count_non_finite(cloud.points));
-    return std::forward<C>(cloud);
-  }};
+export [[nodiscard]] inline auto report_to(pipeline_report& report [[clang::lifetimebound]],
+                                           std::string name) {
+  return tap_step{report_tap{&report, std::move(name)}};
+}
+
+/// The line with a tap behind each of its steps, under the step's name, and one before the first,
+/// "input". Each step is then done by itself. `report` must outlive the result.
+export template <PipelineStep Line>
+[[nodiscard]] auto report_each(pipeline_report& report [[clang::lifetimebound]], Line line) {
+  return std::apply(
+      [&](auto... steps) {
+        return (report_to(report, "input") | ... | (steps | report_to(report, name_of(steps))));
+      },
+      as_steps(std::move(line)));
 }
 
 }  // namespace cilantro

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Each function on clouds once more, with the cloud left out, as a step of a pipeline.
+// Functions on clouds once more, with the cloud left out, as steps of a pipeline. Those that only
+// choose points stand beside their functions, in `filters`.
 export module cilantro.cloud:steps;
 
 import cilantro.standard;
@@ -9,124 +10,175 @@ import cilantro.search;
 import cilantro.geometry;
 import :combine;
 import :estimate;
-import :filters;
 import :pipeline;
 import :point_cloud;
 
 namespace cilantro {
 
-export [[nodiscard]] inline auto remove_invalid() {
-  return step{[]<PointCloud C>(C&& cloud) { return remove_invalid(std::forward<C>(cloud)); }};
+/// How far around a point the neighbourhoods of a specification reach.
+[[nodiscard]] inline step_reach reach_of_neighborhoods(const neighborhood_spec& spec) {
+  if (spec.max_distance() < std::numeric_limits<double>::infinity())
+    return {.distance = spec.max_distance()};
+  return {.neighbors = spec.max_count()};
 }
 
+/// As a step: see the function on clouds.
+export struct voxel_downsample_step : pipeline_step {
+  voxel_size size;
+  voxel_downsample_options options;
+
+  static constexpr const char* name = "voxel_downsample";
+  explicit voxel_downsample_step(voxel_size edges, voxel_downsample_options how = {})
+      : size(std::move(edges)), options(std::move(how)) {}
+  /// The longest edge of a cell; nothing, if tiles are cut where cells are.
+  [[nodiscard]] step_reach reach() const { return {.distance = size.largest()}; }
+  template <Scalar S, int D>
+  point_cloud<S, D> operator()(const point_cloud<S, D>& cloud) const {
+    return voxel_downsample(cloud, size, options);
+  }
+};
 export [[nodiscard]] inline auto voxel_downsample(voxel_size size,
                                                   voxel_downsample_options options = {}) {
-  return step{[size = std::move(size), options = std::move(options)]<PointCloud C>(C&& cloud) {
-    return voxel_downsample(cloud, size, options);
-  }};
+  return voxel_downsample_step{std::move(size), std::move(options)};
 }
 
+/// As a step: see the function on clouds. `E` is void for the covariance of the library.
+export template <class E = void>
+struct estimate_normals_step : pipeline_step {
+  neighborhood_spec spec;
+  E estimate;
+  normals_options options;
+
+  static constexpr const char* name = "estimate_normals";
+  estimate_normals_step(neighborhood_spec near, E covariance, normals_options how)
+      : spec(near), estimate(std::move(covariance)), options(std::move(how)) {}
+  [[nodiscard]] step_reach reach() const { return reach_of_neighborhoods(spec); }
+  static cloud_parts gives() { return {.normals = true}; }
+  template <PointCloud C, class P = std::remove_cvref_t<C>>
+    requires CovarianceEstimator<E, typename P::scalar, P::static_dimension>
+  P operator()(C&& cloud) const {
+    return estimate_normals(std::forward<C>(cloud), spec, estimate, options);
+  }
+};
+template <>
+struct estimate_normals_step<void> : pipeline_step {
+  neighborhood_spec spec;
+  normals_options options;
+
+  static constexpr const char* name = "estimate_normals";
+  explicit estimate_normals_step(neighborhood_spec near, normals_options how = {})
+      : spec(near), options(std::move(how)) {}
+  [[nodiscard]] step_reach reach() const { return reach_of_neighborhoods(spec); }
+  static cloud_parts gives() { return {.normals = true}; }
+  template <PointCloud C>
+  std::remove_cvref_t<C> operator()(C&& cloud) const {
+    return estimate_normals(std::forward<C>(cloud), spec, options);
+  }
+};
 export [[nodiscard]] inline auto estimate_normals(neighborhood_spec spec,
                                                   normals_options options = {}) {
-  return step{[spec, options = std::move(options)]<PointCloud C>(C&& cloud) {
-    return estimate_normals(std::forward<C>(cloud), spec, options);
-  }};
+  return estimate_normals_step<>{spec, std::move(options)};
 }
-
 /// The estimator is any that is one for the clouds that come.
 export template <class E>
   requires(!std::convertible_to<E, normals_options>)
 [[nodiscard]] auto estimate_normals(neighborhood_spec spec, E estimate,
                                     normals_options options = {}) {
-  return step{[spec, estimate = std::move(estimate),
-               options = std::move(options)]<PointCloud C>(C&& cloud) {
-    return estimate_normals(std::forward<C>(cloud), spec, estimate, options);
-  }};
+  return estimate_normals_step<E>{spec, std::move(estimate), std::move(options)};
 }
 
+/// As a step: see the function on clouds.
+export struct orient_consistently_step : pipeline_step {
+  neighborhood_spec spec;
+  orientation_options options;
+
+  static constexpr const char* name = "orient_consistently";
+  explicit orient_consistently_step(neighborhood_spec near, orientation_options how = {})
+      : spec(near), options(std::move(how)) {}
+  static step_reach reach() { return {.everything = true}; }
+  static cloud_parts needs() { return {.normals = true}; }
+  template <PointCloud C>
+  std::remove_cvref_t<C> operator()(C&& cloud) const {
+    return orient_consistently(std::forward<C>(cloud), spec, options);
+  }
+};
 export [[nodiscard]] inline auto orient_consistently(neighborhood_spec spec,
                                                      orientation_options options = {}) {
-  return step{[spec, options = std::move(options)]<PointCloud C>(C&& cloud) {
-    return orient_consistently(std::forward<C>(cloud), spec, options);
-  }};
+  return orient_consistently_step{spec, std::move(options)};
 }
 
-export [[nodiscard]] inline auto orient_to_viewpoint(coordinates viewpoint) {
-  return step{[viewpoint = std::move(viewpoint)]<PointCloud C>(C&& cloud) {
+/// As a step: see the function on clouds.
+export struct orient_to_viewpoint_step : pipeline_step {
+  coordinates viewpoint;
+
+  static constexpr const char* name = "orient_to_viewpoint";
+  explicit orient_to_viewpoint_step(coordinates place) : viewpoint(std::move(place)) {}
+  static step_reach reach() { return {}; }
+  static cloud_parts needs() { return {.normals = true}; }
+  template <PointCloud C>
+  std::remove_cvref_t<C> operator()(C&& cloud) const {
     return orient_to_viewpoint(std::forward<C>(cloud), viewpoint);
-  }};
+  }
+};
+export [[nodiscard]] inline auto orient_to_viewpoint(coordinates viewpoint) {
+  return orient_to_viewpoint_step{std::move(viewpoint)};
 }
 
+/// As a step: see the function on clouds.
+export template <AffineMap T>
+struct transform_step : pipeline_step {
+  T by;
+
+  static constexpr const char* name = "transform";
+  explicit transform_step(const T& map) : by(map) {}
+  static step_reach reach() { return {}; }
+  template <PointCloud C>
+    requires requires(std::remove_cvref_t<C> cloud, const T& map) { transform(cloud, map); }
+  std::remove_cvref_t<C> operator()(C&& cloud) const {
+    return transform(std::forward<C>(cloud), by);
+  }
+};
 export template <AffineMap T>
 [[nodiscard]] auto transform(const T& by) {
-  return step{[by]<PointCloud C>(C&& cloud) { return transform(std::forward<C>(cloud), by); }};
+  return transform_step<T>{by};
 }
-
+/// By a matrix of homogeneous coordinates.
 export template <class M>
-  requires(M::RowsAtCompileTime == M::ColsAtCompileTime && M::RowsAtCompileTime >= 2)
 [[nodiscard]] auto transform(const Eigen::MatrixBase<M>& homogeneous) {
-  return transform(transform_of(homogeneous));
+  return transform_step<any_transform>{any_transform{homogeneous}};
 }
 
-/// Keeps the chosen points: by indices, a mask or a predicate.
-export template <class Which>
-  requires PointChoice<const Which&>
-[[nodiscard]] auto select(Which which) {
-  return step{[which = std::move(which)]<PointCloud C>(C&& cloud) { return select(cloud, which); }};
-}
-/// Keeps all others.
-export template <class Which>
-  requires PointChoice<const Which&>
-[[nodiscard]] auto exclude(Which which) {
-  return step{
-      [which = std::move(which)]<PointCloud C>(C&& cloud) { return exclude(cloud, which); }};
-}
+/// As a step: see the function on clouds.
+export template <Scalar S, int D>
+struct append_step : pipeline_step {
+  point_cloud<S, D> second;
 
+  static constexpr const char* name = "append";
+  explicit append_step(point_cloud<S, D> cloud) : second(std::move(cloud)) {}
+  static step_reach reach() { return {.everything = true}; }
+  point_cloud<S, D> operator()(point_cloud<S, D> cloud) const {
+    return append(std::move(cloud), second);
+  }
+};
 /// Appends `second` to the cloud.
 export template <Scalar S, int D>
 [[nodiscard]] auto append(point_cloud<S, D> second) {
-  return step{[second = std::move(second)](point_cloud<S, D> cloud) {
-    return append(std::move(cloud), second);
-  }};
+  return append_step<S, D>{std::move(second)};
 }
 
+/// As a step: see the function on clouds.
+export template <Scalar T>
+struct cast_step : pipeline_step {
+  static constexpr const char* name = "cast";
+  static step_reach reach() { return {}; }
+  template <Scalar S, int D>
+  point_cloud<T, D> operator()(const point_cloud<S, D>& cloud) const {
+    return cast<T>(cloud);
+  }
+};
 export template <Scalar T>
 [[nodiscard]] auto cast() {
-  return step{[]<PointCloud C>(C&& cloud) { return cast<T>(cloud); }};
-}
-
-export [[nodiscard]] inline auto remove_statistical_outliers(
-    statistical_outlier_options options = {}, removed_indices removed = nullptr) {
-  return step{[options = std::move(options), removed]<PointCloud C>(C&& cloud) {
-    return remove_statistical_outliers(cloud, options, removed);
-  }};
-}
-
-export [[nodiscard]] inline auto remove_radius_outliers(radius_outlier_options options,
-                                                        removed_indices removed = nullptr) {
-  return step{[options = std::move(options), removed]<PointCloud C>(C&& cloud) {
-    return remove_radius_outliers(cloud, options, removed);
-  }};
-}
-
-export [[nodiscard]] inline auto random_sample(index_t count, std::uint64_t seed = 0,
-                                               removed_indices removed = nullptr) {
-  return step{[count, seed, removed]<PointCloud C>(C&& cloud) {
-    return random_sample(cloud, count, seed, removed);
-  }};
-}
-
-export [[nodiscard]] inline auto uniform_sample(index_t count, removed_indices removed = nullptr) {
-  return step{
-      [count, removed]<PointCloud C>(C&& cloud) { return uniform_sample(cloud, count, removed); }};
-}
-
-export [[nodiscard]] inline auto farthest_point_sample(index_t count,
-                                                       farthest_point_options options = {},
-                                                       removed_indices removed = nullptr) {
-  return step{[count, options = std::move(options), removed]<PointCloud C>(C&& cloud) {
-    return farthest_point_sample(cloud, count, options, removed);
-  }};
+  return cast_step<T>{};
 }
 
 }  // namespace cilantro

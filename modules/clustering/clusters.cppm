@@ -26,16 +26,18 @@ export class clusters {
   [[nodiscard]] index_t size() const { return std::ssize(offsets_) - 1; }
   [[nodiscard]] bool empty() const { return size() == 0; }
   /// The points of cluster c. Precondition: 0 <= c < size().
-  [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const {
+  [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const [[clang::lifetimebound]] {
     const auto begin = static_cast<std::size_t>(offsets_[c]);
     const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(c) + 1]);
     return std::span{members_}.subspan(begin, end - begin);
   }
-  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
-  [[nodiscard]] auto end() const { return indexed_iterator{indexed_rows{this}, size()}; }
+  [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
+    return indexed_iterator{indexed_rows{this}, 0};
+  }
+  [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
 
   /// For each point the number of its cluster, or `none`.
-  [[nodiscard]] std::span<const label> labels() const { return labels_; }
+  [[nodiscard]] std::span<const label> labels() const [[clang::lifetimebound]] { return labels_; }
   /// The number of points of each cluster.
   [[nodiscard]] std::vector<index_t> sizes() const;
   /// How many points are in no cluster.

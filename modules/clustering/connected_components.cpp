@@ -13,8 +13,8 @@ import cilantro.numeric;
 namespace cilantro {
 
 void expect_sensible(const components_options& options, index_t size) {
-  expect_from(0, double(options.min_size), "connected_components: min_size");
-  expect_from(0, double(options.max_size), "connected_components: max_size");
+  expect_from(0, double(options.min_cluster_size), "connected_components: min_cluster_size");
+  expect_from(0, double(options.max_cluster_size), "connected_components: max_cluster_size");
   if (options.seeds)
     expects(std::ranges::all_of(*options.seeds, [&](index_t i) { return 0 <= i && i < size; }),
             "connected_components: a seed is not one of the points");
@@ -37,7 +37,8 @@ clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belong
   for (auto& l : labels) {
     if (l < 0) continue;
     const auto root = static_cast<std::size_t>(l);
-    if (!is_wanted[root] || counts[root] < options.min_size || counts[root] > options.max_size)
+    if (!is_wanted[root] || counts[root] < options.min_cluster_size ||
+        counts[root] > options.max_cluster_size)
       l = clusters::none;
   }
   counts = {};  // Numbering the labels needs as much again.

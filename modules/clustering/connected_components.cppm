@@ -19,9 +19,10 @@ export struct always_similar {
 
 export struct components_options {
   /// If given, only components that hold one of these points count.
-  std::optional<std::vector<index_t>> seeds = {};
-  index_t min_size = 1;  ///< Components with fewer points are none.
-  index_t max_size = std::numeric_limits<index_t>::max();  ///< Nor are those with more.
+  std::optional<index_list> seeds = {};
+  index_t min_cluster_size = 1;  ///< Components with fewer points are no cluster.
+  /// Nor are those with more.
+  index_t max_cluster_size = std::numeric_limits<index_t>::max();
   int threads = 0;
   task_monitor monitor = {};
 };
@@ -58,6 +59,13 @@ export template <Scalar S, SimilarityFunction<S> F = always_similar>
   parallel_for(graph.size(), {options.threads, options.monitor},
                [&](index_t i) { join_similar<S>(sets, i, graph[i], similar); });
   return components_of(sets, {}, options);
+}
+
+/// As above, with every two neighbours similar.
+export template <Scalar S>
+[[nodiscard]] clusters connected_components(const neighborhoods<S>& graph,
+                                            const components_options& options) {
+  return connected_components(graph, always_similar{}, options);
 }
 
 /// Which points have been joined, and which are in a set at all.
@@ -104,6 +112,14 @@ export template <NeighborSearcher T, PointsSource P,
   return components_of(joined.sets, joined.belongs, options);
 }
 
+/// As above, with every two neighbours similar.
+export template <NeighborSearcher T, PointsSource P>
+[[nodiscard]] clusters connected_components(const T& searcher, const P& points,
+                                            neighborhood_spec spec,
+                                            const components_options& options) {
+  return connected_components(searcher, points, spec, always_similar{}, options);
+}
+
 /// As above, through a kd-tree.
 export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = always_similar>
 [[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
@@ -116,6 +132,12 @@ export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = always_sim
   auto joined =
       join_neighbors(kd_tree{view, {.threads = options.threads}}, view, spec, similar, options);
   return components_of(joined.sets, joined.belongs, options);
+}
+/// As above, with every two neighbours similar.
+export template <PointsSource P>
+[[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
+                                            const components_options& options) {
+  return connected_components(points, spec, always_similar{}, options);
 }
 
 }  // namespace cilantro

@@ -240,11 +240,23 @@ hdbscan_result hdbscan(const neighborhoods<S>& graph, const hdbscan_options& opt
   expect_nodes(graph, "hdbscan");
   expects(std::ranges::all_of(graph.distances(), [](S d) { return d >= 0; }),
           "hdbscan: a distance is negative or NaN");
+  expect_from(0, options.threads, "hdbscan: threads");
+  const auto passed = [&](double share) {
+    if (options.monitor.stop.stop_requested()) throw cancelled{};
+    if (options.monitor.progress) options.monitor.progress(share);
+  };
+  passed(0);
   if (graph.empty()) return {};
-  const auto merges = single_linkage(reachability_edges(graph, options.min_points), graph.size());
+  auto edges = reachability_edges(graph, options.min_points);
+  passed(0.3);
+  const auto merges = single_linkage(edges, graph.size());
+  edges = {};
+  passed(0.8);
   condensed_tree tree{merges, graph.size(), options.min_cluster_size};
   tree.choose(options.allow_single_cluster);
-  return tree.result();
+  auto found = tree.result();
+  if (options.monitor.progress) options.monitor.progress(1);
+  return found;
 }
 template hdbscan_result hdbscan(const neighborhoods<float>&, const hdbscan_options&);
 template hdbscan_result hdbscan(const neighborhoods<double>&, const hdbscan_options&);

@@ -10,10 +10,12 @@ namespace cilantro {
 
 export struct hdbscan_options {
   index_t min_cluster_size = 5;  ///< Fewer points are no cluster.
-  /// The core distance of a point is that to the nearest so many, the point itself among them.
+  /// The core distance of a point is the distance to its `min_points`-th nearest, itself included.
   index_t min_points = 5;
   /// Whether all points may be one cluster.
   bool allow_single_cluster = false;
+  int threads = 0;  ///< For finding neighbours; the hierarchy is made by one.
+  task_monitor monitor = {};
 };
 
 export struct hdbscan_result : clusters {
@@ -41,14 +43,16 @@ export template <Scalar S>
 /// As above, over the `neighbors` nearest of each point (at least `min_points` are taken).
 export template <PointsSource P>
 [[nodiscard]] hdbscan_result hdbscan(const P& points, knn neighbors,
-                                     const hdbscan_options& options = {},
-                                     const execution& how = {}) {
+                                     const hdbscan_options& options = {}) {
   (void)neighborhood_spec{neighbors};  // Which refuses what is no number of neighbours.
   const auto view = points_in(points);
   if (view.empty()) return {};
-  const kd_tree tree{view, {.threads = how.threads}};
+  const kd_tree tree{view, {.threads = options.threads}};
   const knn spec{std::max(neighbors.k, options.min_points)};
-  return hdbscan(find_neighborhoods(tree, view, spec, how), options);
+  auto rest = options;
+  rest.monitor = in_passes(options.monitor, 2);
+  const auto graph = find_neighborhoods(tree, view, spec, {options.threads, rest.monitor});
+  return hdbscan(graph, rest);
 }
 
 }  // namespace cilantro

@@ -108,9 +108,9 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
   const index_t most = options.clusters.value_or(std::min(options.max_clusters, n));
   expects(most >= (n > 0) && most <= n,
           "spectral_clustering: there must be between 1 and N clusters");
-  expect_from(1, options.restarts, "spectral_clustering: restarts");
-  expect_from(0, options.max_restarts, "spectral_clustering: max_restarts");
-  expect_from(0, options.tolerance, "spectral_clustering: tolerance");
+  expect_from(1, options.kmeans_restarts, "spectral_clustering: kmeans_restarts");
+  expect_from(0, options.max_solver_restarts, "spectral_clustering: max_solver_restarts");
+  expect_from(0, options.solver_tolerance, "spectral_clustering: solver_tolerance");
   spectral_result result;
   if (n == 0) return result;
 
@@ -137,8 +137,8 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
   std::vector<std::int32_t> place(n);
   for (const auto nodes : components)
     for (std::size_t p = 0; p < nodes.size(); ++p) place[nodes[p]] = static_cast<std::int32_t>(p);
-  const eigenpair_options how{.max_restarts = options.max_restarts,
-                              .tolerance = options.tolerance,
+  const eigenpair_options how{.max_restarts = options.max_solver_restarts,
+                              .tolerance = options.solver_tolerance,
                               .threads = options.threads,
                               .monitor = options.monitor};
   std::vector<mode> modes;
@@ -185,7 +185,7 @@ spectral_result spectral_clustering(const sparse_matrix& affinity,
     for (auto column : result.embedding.colwise())
       if (const double length = column.norm(); length > 0) column /= length;
   static_cast<clusters&>(result) = kmeans(result.embedding, k,
-                                          {.restarts = options.restarts,
+                                          {.restarts = options.kmeans_restarts,
                                            .max_iterations = 300,
                                            .seed = options.seed,
                                            .threads = options.threads,

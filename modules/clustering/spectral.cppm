@@ -21,9 +21,9 @@ export struct spectral_options {
   std::optional<index_t> clusters = {};
   index_t max_clusters = 10;
   laplacian matrix = laplacian::random_walk;
-  int restarts = 10;         ///< Of k-means in the embedding.
-  int max_restarts = 1000;   ///< Of the eigensolver, for graphs that are not small.
-  double tolerance = 1e-10;  ///< Of the eigensolver, relative.
+  int kmeans_restarts = 10;         ///< In the embedding.
+  int max_solver_restarts = 1000;   ///< Of the eigensolver, for graphs that are not small.
+  double solver_tolerance = 1e-10;  ///< Of the eigensolver, relative.
   std::uint64_t seed = 0;
   int threads = 0;
   task_monitor monitor = {};

@@ -70,7 +70,7 @@ export template <ModelFamily F>
     }
   }
   if (m > 1) {
-    const std::vector<index_t> same(static_cast<std::size_t>(m), 0);
+    const index_list same(static_cast<std::size_t>(m), 0);
     violations.expect(!family.fit(same), "the same datum again and again makes a model");
   }
   return violations.take();

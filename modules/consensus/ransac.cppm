@@ -25,7 +25,7 @@ concept ModelFamily =
     requires {
       typename F::model_type;
       requires std::copyable<typename F::model_type>;
-    } && requires(const F& family, std::span<const index_t> indices,
+    } && requires(const F& family, std::span<const std::int32_t> indices,
                   const typename F::model_type& model, index_t i) {
       { family.size() } -> std::convertible_to<index_t>;
       { family.sample_size() } -> std::convertible_to<index_t>;
@@ -88,10 +88,10 @@ export struct ransac_options {
 export template <class Model>
 struct ransac_result {
   Model model;
-  std::vector<index_t> inliers;  ///< Ascending.
-  double score = 0;              ///< By what it was chosen, after the last fit.
-  double rmse = 0;               ///< Root mean square of the residuals of the inliers.
-  index_t iterations = 0;        ///< Samples that were drawn.
+  index_list inliers;      ///< Ascending.
+  double score = 0;        ///< By what it was chosen, after the last fit.
+  double rmse = 0;         ///< Root mean square of the residuals of the inliers.
+  index_t iterations = 0;  ///< Samples that were drawn.
 };
 
 template <class F>
@@ -148,7 +148,7 @@ class ransac_search {
   /// Nothing if there is none. `round` makes the samples differ from those of other rounds.
   [[nodiscard]] std::optional<ransac_result<model_type>> find(std::uint64_t round);
   /// Leaves some data out from now on.
-  void remove(std::span<const index_t> indices) {
+  void remove(std::span<const std::int32_t> indices) {
     if (active_.empty()) active_.assign(static_cast<std::size_t>(size_), 1);
     for (const index_t i : indices) active_[i] = 0;
     std::erase_if(left_, [&](index_t i) { return !active_[i]; });
@@ -215,8 +215,8 @@ class ransac_search {
     return score(std::vector{model}, bound)[0];
   }
   /// In every `step`-th block of data.
-  [[nodiscard]] std::vector<index_t> inliers(const model_type& model, index_t step = 1) const {
-    std::vector<index_t> found;
+  [[nodiscard]] index_list inliers(const model_type& model, index_t step = 1) const {
+    index_list found;
     std::array<scalar, score_block_size> room;
     std::array<index_t, score_block_size> some;
     const double limit = options_.max_residual;
@@ -246,9 +246,9 @@ class ransac_search {
   const F& family_;
   const ransac_options& options_;
   index_t size_;
-  std::vector<index_t> left_;          ///< The data that are still active.
-  std::vector<std::uint8_t> active_;   ///< The same as a mask; empty while all are.
-  std::vector<index_t> preview_ = {};  ///< Data that models are first tried on.
+  index_list left_;                   ///< The data that are still active.
+  std::vector<std::uint8_t> active_;  ///< The same as a mask; empty while all are.
+  index_list preview_ = {};           ///< Data that models are first tried on.
 };
 
 /// The model of a sample, unless it is given up already.

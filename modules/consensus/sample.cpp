@@ -11,7 +11,7 @@ namespace cilantro {
 
 template <Scalar S, int D>
 std::optional<gathered_points> gather_points(points_view<S, D> points,
-                                             std::span<const index_t> indices) {
+                                             std::span<const std::int32_t> indices) {
   gathered_points data{Eigen::MatrixXd(points.dimension(), std::ssize(indices)),
                        Eigen::VectorXd::Zero(points.dimension())};
   for (index_t k = 0; k < std::ssize(indices); ++k) {
@@ -25,7 +25,7 @@ std::optional<gathered_points> gather_points(points_view<S, D> points,
 
 template <Scalar S, int D>
 std::optional<principal_frame> frame_of(points_view<S, D> points,
-                                        std::span<const index_t> indices) {
+                                        std::span<const std::int32_t> indices) {
   if (indices.empty() || points.dimension() == 0) return std::nullopt;
   using vector = point_vector<double, D>;
   const index_t d = points.dimension();
@@ -46,10 +46,11 @@ std::optional<principal_frame> frame_of(points_view<S, D> points,
   return principal_frame{origin + mean, axes.vectors, axes.values};
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                 \
-  template std::optional<gathered_points> gather_points(points_view<S, D>,         \
-                                                        std::span<const index_t>); \
-  template std::optional<principal_frame> frame_of(points_view<S, D>, std::span<const index_t>);
+#define CILANTRO_INSTANTIATE(S, D)                                                      \
+  template std::optional<gathered_points> gather_points(points_view<S, D>,              \
+                                                        std::span<const std::int32_t>); \
+  template std::optional<principal_frame> frame_of(points_view<S, D>,                   \
+                                                   std::span<const std::int32_t>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -16,7 +16,7 @@ struct gathered_points {
 };
 template <Scalar S, int D>
 std::optional<gathered_points> gather_points(points_view<S, D> points,
-                                             std::span<const index_t> indices);
+                                             std::span<const std::int32_t> indices);
 
 /// Two lengths whose ratio is below this are as good as one: of coordinates in S, and of what has
 /// been computed from them.
@@ -30,6 +30,7 @@ struct principal_frame {
   Eigen::VectorXd variances;
 };
 template <Scalar S, int D>
-std::optional<principal_frame> frame_of(points_view<S, D> points, std::span<const index_t> indices);
+std::optional<principal_frame> frame_of(points_view<S, D> points,
+                                        std::span<const std::int32_t> indices);
 
 }  // namespace cilantro

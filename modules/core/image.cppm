@@ -4,6 +4,7 @@ export module cilantro.core:image;
 import cilantro.standard;
 import cilantro.eigen;
 import :error;
+import :indexed_iterator;
 import :points;
 
 namespace cilantro {
@@ -11,7 +12,8 @@ namespace cilantro {
 /// A red, green and blue value from 0 to 255.
 export using rgb = std::array<std::uint8_t, 3>;
 
-/// A picture of `width` times `height` pixels, row by row from the top left.
+/// A picture of `width` times `height` pixels, row by row from the top left. A range of its rows,
+/// each a span; `pixels()` has all one after the other.
 export template <class T>
 class image {
  public:
@@ -25,10 +27,25 @@ class image {
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
   /// Precondition: 0 <= x < width(), 0 <= y < height().
-  [[nodiscard]] T& operator()(int x, int y) { return pixels_[at(x, y)]; }
-  [[nodiscard]] const T& operator()(int x, int y) const { return pixels_[at(x, y)]; }
-  [[nodiscard]] std::vector<T>& pixels() { return pixels_; }
-  [[nodiscard]] const std::vector<T>& pixels() const { return pixels_; }
+  [[nodiscard]] T& operator()(int x, int y) [[clang::lifetimebound]] { return pixels_[at(x, y)]; }
+  [[nodiscard]] const T& operator()(int x, int y) const [[clang::lifetimebound]] {
+    return pixels_[at(x, y)];
+  }
+  [[nodiscard]] std::vector<T>& pixels() [[clang::lifetimebound]] { return pixels_; }
+  [[nodiscard]] const std::vector<T>& pixels() const [[clang::lifetimebound]] { return pixels_; }
+
+  /// Row `y`. Precondition: 0 <= y < height().
+  [[nodiscard]] std::span<T> operator[](index_t y) [[clang::lifetimebound]] {
+    return std::span{pixels_}.subspan(at(0, static_cast<int>(y)), width_);
+  }
+  [[nodiscard]] std::span<const T> operator[](index_t y) const [[clang::lifetimebound]] {
+    return std::span{pixels_}.subspan(at(0, static_cast<int>(y)), width_);
+  }
+  [[nodiscard]] index_t size() const { return height_; }  ///< Of rows.
+  [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
+    return indexed_iterator{indexed_rows{this}, 0};
+  }
+  [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
 
   friend bool operator==(const image&, const image&) = default;
 
@@ -42,14 +59,15 @@ class image {
   std::vector<T> pixels_;
 };
 
-/// A read-only picture in somebody else's memory, row by row from the top left. Made of an `image`,
+/// A read-only picture in somebody else's memory, row by row from the top left, and a range of its
+/// rows as an `image` is. Made of an `image`,
 /// of a row-major Eigen matrix, or of a pointer, as to the data of an OpenCV matrix:
 /// `image_view{m.ptr<std::uint16_t>(), m.cols, m.rows, m.step1()}`. Valid while that memory is.
 export template <class T>
 class image_view {
  public:
   image_view() = default;
-  image_view(const image<T>& source)  // NOLINT: a conversion on purpose
+  image_view(const image<T>& source [[clang::lifetimebound]])  // NOLINT: a conversion on purpose
       : image_view{source.pixels().data(), source.width(), source.height()} {}
   /// Rows begin `stride` pixels after one another, `width` if none is given. Throws `invalid_input`
   /// for a negative size, a stride below the width, or no data behind a size.
@@ -70,6 +88,13 @@ class image_view {
   [[nodiscard]] int height() const { return height_; }
   /// Precondition: 0 <= x < width(), 0 <= y < height().
   [[nodiscard]] const T& operator()(int x, int y) const { return data_[y * stride_ + x]; }
+  /// Row `y`. Precondition: 0 <= y < height().
+  [[nodiscard]] std::span<const T> operator[](index_t y) const {
+    return {data_ + y * stride_, static_cast<std::size_t>(width_)};
+  }
+  [[nodiscard]] index_t size() const { return height_; }  ///< Of rows.
+  [[nodiscard]] auto begin() const { return indexed_iterator{*this, 0}; }
+  [[nodiscard]] auto end() const { return begin() + size(); }
 
  private:
   const T* data_ = nullptr;
@@ -89,3 +114,8 @@ export template <ImageSource I>
 using pixel_of = std::remove_cvref_t<decltype(image_view{std::declval<const I&>()}(0, 0))>;
 
 }  // namespace cilantro
+
+template <class T>
+inline constexpr bool std::ranges::enable_view<cilantro::image_view<T>> = true;
+template <class T>
+inline constexpr bool std::ranges::enable_borrowed_range<cilantro::image_view<T>> = true;

@@ -76,4 +76,8 @@ bool run_blocks(const block_job& job) {
   return state.finish();
 }
 
+void share_threads(int parts) {
+  omp_set_num_threads(std::max(1, omp_get_max_threads() / parts));
+}
+
 }  // namespace cilantro::detail

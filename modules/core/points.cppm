@@ -1,113 +1,14 @@
 // SPDX-License-Identifier: MIT
+//
+// What is seen as points, and how.
 export module cilantro.core:points;
 
 import cilantro.standard;
 import cilantro.eigen;
 import :error;
-import :indexed_iterator;
+import :points_view;
 
 namespace cilantro {
-
-/// Counts and indexes points. Signed, so that differences and loops downwards are safe.
-export using index_t = std::ptrdiff_t;
-
-/// A dimension that is known at run time only.
-export inline constexpr int dynamic = -1;
-
-/// The number types that the library computes with.
-export template <class S>
-concept Scalar = std::same_as<S, float> || std::same_as<S, double>;
-
-template <int D>
-inline constexpr int storage_order = D == 1 ? Eigen::RowMajor : Eigen::ColMajor;
-
-/// A `Dim × N` matrix that owns points, or one vector a point, one column each. (Eigen wants a
-/// matrix of one row to be row-major; its coordinates are adjacent either way.)
-export template <Scalar S, int D>
-using point_matrix = Eigen::Matrix<S, D, dynamic, storage_order<D>>;
-
-/// One point or one direction.
-export template <Scalar S, int D>
-using point_vector = Eigen::Matrix<S, D, 1>;
-
-/// A read-only `Dim × N` matrix of points, one per column, that owns nothing.
-///
-/// The coordinates of a point are adjacent in memory; consecutive points are `stride()` scalars
-/// apart, so that the xyz of padded xyzw, or of interleaved point–normal records, is seen in place.
-/// Also a random-access range of its columns, so that the standard views compose with it.
-/// Valid while the storage it looks at is alive and not resized. Copying costs four words.
-export template <Scalar S, int D>
-class points_view {
- public:
-  using scalar = S;
-  using point_type = Eigen::Map<const point_vector<S, D>>;
-  using stride_type = std::conditional_t<D == 1, Eigen::InnerStride<>, Eigen::OuterStride<>>;
-  using matrix_type = Eigen::Map<const point_matrix<S, D>, Eigen::Unaligned, stride_type>;
-  using iterator = indexed_iterator<points_view>;
-  static constexpr int static_dimension = D;
-
-  constexpr points_view() = default;
-
-  /// `count` points at `data`, `stride` scalars from the start of one to the start of the next.
-  /// Throws `invalid_input` for a negative count, a stride below D, or no data behind a count.
-  constexpr points_view(const S* data, index_t count, index_t stride = D)
-    requires(D != dynamic)
-      : points_view{data, count, D, stride, checked{}} {}
-
-  /// As above, with a dimension known at run time.
-  constexpr points_view(const S* data, index_t count, index_t dimension, index_t stride)
-    requires(D == dynamic)
-      : points_view{data, count, dimension, stride, checked{}} {}
-
-  /// Every fixed dimension can be looked at as one known at run time.
-  template <int E>
-    requires(D == dynamic && E != dynamic)
-  constexpr points_view(points_view<S, E> other)
-      : points_view{other.data(), other.size(), other.dimension(), other.stride()} {}
-
-  [[nodiscard]] constexpr const S* data() const { return data_; }
-  [[nodiscard]] constexpr index_t size() const { return size_; }
-  [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
-  [[nodiscard]] constexpr index_t dimension() const { return dimension_; }
-  [[nodiscard]] constexpr index_t stride() const { return stride_; }
-
-  /// All points as one `Dim × N` Eigen matrix, for linear algebra.
-  [[nodiscard]] matrix_type matrix() const {
-    return {data_, dimension_, size_, stride_type{stride_}};
-  }
-
-  /// Point `i`. Precondition: 0 <= i < size().
-  [[nodiscard]] point_type operator[](index_t i) const {
-    return point_type{data_ + i * stride_, dimension_};
-  }
-
-  /// `count` points from `first` on. Precondition: they are all there.
-  [[nodiscard]] constexpr points_view slice(index_t first, index_t count) const {
-    points_view part = *this;
-    part.data_ += first * stride_;
-    part.size_ = count;
-    return part;
-  }
-
-  [[nodiscard]] iterator begin() const { return {*this, 0}; }
-  [[nodiscard]] iterator end() const { return {*this, size_}; }
-
- private:
-  struct checked {};
-  constexpr points_view(const S* data, index_t count, index_t dimension, index_t stride, checked)
-      : data_{data}, size_{count}, dimension_{dimension}, stride_{stride} {
-    expects(count >= 0, "points_view: the number of points must not be negative");
-    expects(dimension >= 0 && stride >= dimension,
-            "points_view: the stride must be at least the dimension");
-    expects(data != nullptr || count == 0 || dimension == 0,
-            "points_view: the data must not be null");
-  }
-
-  const S* data_ = nullptr;
-  index_t size_ = 0;
-  index_t dimension_ = D == dynamic ? 0 : D;
-  index_t stride_ = D == dynamic ? 0 : D;
-};
 
 /// How a type is seen as points. Specialise it for your own point set; one function is asked for:
 ///
@@ -118,7 +19,8 @@ class points_view {
 /// The view must look at the argument's own storage, not at a copy. Three more are used where they
 /// are there: `normals(s)`, a view of one normal a point, of unit length or zero if unknown, or of
 /// none at all; `colors(s)`, a `points_view<float, 3>` of one colour a point, or of none; and
-/// `origin(s)`, a vector in double that is added to all points to have them in the world.
+/// `origin(s)`, a vector in double that is added to all points to have them in the world. With
+/// `mutable_view(s)`, a `mutable_points_view`, functions also write there, as to normals of yours.
 export template <class T>
 struct points_traits;
 
@@ -174,8 +76,24 @@ export template <BorrowedPoints T>
 
 /// The view of `source` for the length of a call, also of a temporary.
 export template <PointsSource T>
-[[nodiscard]] auto points_in(const T& source) {
+[[nodiscard]] auto points_in(const T& source [[clang::lifetimebound]]) {
   return points_traits<T>::view(source);
+}
+
+/// Points that a function writes to: those that are not `const`, such as an Eigen matrix, block or
+/// map, a `std::vector` or span of fixed-size points, or a type whose `points_traits` have
+/// `mutable_view`. Temporaries only where they look at storage that outlives them.
+export template <class T>
+concept MutablePoints = BorrowedPoints<T> && requires(std::remove_reference_t<T>& target) {
+  {
+    points_traits<std::remove_cvref_t<T>>::mutable_view(target)
+  } -> std::same_as<mutable_points_view<scalar_of<T>, dimension_of<T>>>;
+};
+
+/// The view of `target` for writing.
+export template <MutablePoints T>
+[[nodiscard]] auto mutable_points_in(T&& target) {
+  return points_traits<std::remove_cvref_t<T>>::mutable_view(target);
 }
 
 /// The dimension whose compiled code serves dimension D: 2, 3, or any at run time.
@@ -193,6 +111,11 @@ template <Scalar S, int D>
 struct points_traits<points_view<S, D>> {
   static auto view(points_view<S, D> v) { return v; }
 };
+template <Scalar S, int D>
+struct points_traits<mutable_points_view<S, D>> {
+  static auto view(mutable_points_view<S, D> v) { return points_view<S, D>{v}; }
+  static auto mutable_view(mutable_points_view<S, D> v) { return v; }
+};
 
 /// An Eigen matrix, map or block, seen in its own storage; an expression has none.
 template <class T>
@@ -204,15 +127,25 @@ concept ColumnMajorMatrix = EigenMatrix<T> && CoordinatesAreAdjacent<T> &&
 
 template <ColumnMajorMatrix T>
 struct points_traits<T> {
+  static auto view(const T& m) { return seen_as<points_view<typename T::Scalar, D>>(m); }
+  static auto mutable_view(T& m)
+    requires requires {
+      { m.data() } -> std::same_as<typename T::Scalar*>;
+    }
+  {
+    return seen_as<mutable_points_view<typename T::Scalar, D>>(m);
+  }
+
+ private:
   static constexpr int D = T::RowsAtCompileTime;
-  static auto view(const T& m) {
-    using view_type = points_view<typename T::Scalar, D>;
+  template <class View, class M>
+  static View seen_as(M& m) {
     if constexpr (D == dynamic)
-      return view_type{m.data(), m.cols(), m.rows(), m.outerStride()};
+      return {m.data(), m.cols(), m.rows(), m.outerStride()};
     else if constexpr (D == 1)
-      return view_type{m.data(), m.cols(), m.innerStride()};
+      return {m.data(), m.cols(), m.innerStride()};
     else
-      return view_type{m.data(), m.cols(), m.outerStride()};
+      return {m.data(), m.cols(), m.outerStride()};
   }
 };
 
@@ -244,14 +177,25 @@ concept ContiguousFixedPoints =
 
 template <ContiguousFixedPoints R>
 struct points_traits<R> {
-  static auto view(const R& range) {
-    using point = std::ranges::range_value_t<const R>;
-    using scalar = typename fixed_point<point>::scalar;
-    static_assert(sizeof(point) % sizeof(scalar) == 0);
-    return points_view<scalar, fixed_point<point>::dimension>{
-        reinterpret_cast<const scalar*>(std::ranges::data(range)),
-        static_cast<index_t>(std::ranges::size(range)),
-        static_cast<index_t>(sizeof(point) / sizeof(scalar))};
+  static auto view(const R& range) { return seen_as<points_view<scalar, dimension>>(range); }
+  static auto mutable_view(R& range)
+    requires(!std::is_const_v<std::remove_reference_t<std::ranges::range_reference_t<R>>>)
+  {
+    return seen_as<mutable_points_view<scalar, dimension>>(range);
+  }
+
+ private:
+  using point = std::ranges::range_value_t<const R>;
+  using scalar = typename fixed_point<point>::scalar;
+  static constexpr int dimension = fixed_point<point>::dimension;
+  static_assert(sizeof(point) % sizeof(scalar) == 0);
+
+  template <class View, class Range>
+  static View seen_as(Range& range) {
+    using data_type = decltype(std::declval<const View&>().data());
+    return {reinterpret_cast<data_type>(std::ranges::data(range)),
+            static_cast<index_t>(std::ranges::size(range)),
+            static_cast<index_t>(sizeof(point) / sizeof(scalar))};
   }
 };
 
@@ -291,8 +235,3 @@ export template <PointsSource P>
 }
 
 }  // namespace cilantro
-
-template <cilantro::Scalar S, int D>
-inline constexpr bool std::ranges::enable_view<cilantro::points_view<S, D>> = true;
-template <cilantro::Scalar S, int D>
-inline constexpr bool std::ranges::enable_borrowed_range<cilantro::points_view<S, D>> = true;

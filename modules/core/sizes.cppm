@@ -107,6 +107,7 @@ template <class M>
   requires requires(const M& matrix) { points_traits<M>::view(matrix); }
 struct points_traits<sized<M>> {
   static auto view(const sized<M>& matrix) { return points_traits<M>::view(matrix); }
+  static auto mutable_view(sized<M>& matrix) { return points_traits<M>::mutable_view(matrix); }
 };
 
 }  // namespace cilantro

@@ -16,23 +16,21 @@ constexpr double negligible_singular_value = 1e-10;
 
 template <Scalar S, int D>
 void apply_affine(points_view<S, D> points, const Eigen::Matrix<S, D, D>& linear,
-                  const point_vector<S, D>& translation, S* out, index_t out_stride) {
-  const index_t dimension = points.dimension();
+                  const point_vector<S, D>& translation, mutable_points_view<S, D> out) {
   for (index_t i = 0; i < points.size(); ++i) {
     const point_vector<S, D> moved = linear * points[i] + translation;
-    Eigen::Map<point_vector<S, D>>{out + i * out_stride, dimension} = moved;
+    out[i] = moved;
   }
 }
 
 template <Scalar S, int D>
-void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear, S* out,
-                         index_t out_stride) {
-  const index_t dimension = directions.dimension();
+void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear,
+                         mutable_points_view<S, D> out) {
   for (index_t i = 0; i < directions.size(); ++i) {
     point_vector<S, D> moved = linear * directions[i];
     const S length = moved.norm();
     if (length > 0 && std::isfinite(length)) moved /= length;
-    Eigen::Map<point_vector<S, D>>{out + i * out_stride, dimension} = moved;
+    out[i] = moved;
   }
 }
 
@@ -65,11 +63,11 @@ Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear) {
   return u * middle * v.transpose();
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                              \
-  template void apply_affine<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&,            \
-                                   const point_vector<S, D>&, S*, index_t);                     \
-  template void apply_to_directions<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&, S*, \
-                                          index_t);
+#define CILANTRO_INSTANTIATE(S, D)                                                          \
+  template void apply_affine<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&,        \
+                                   const point_vector<S, D>&, mutable_points_view<S, D>);   \
+  template void apply_to_directions<S, D>(points_view<S, D>, const Eigen::Matrix<S, D, D>&, \
+                                          mutable_points_view<S, D>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

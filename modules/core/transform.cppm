@@ -40,9 +40,11 @@ class run_time_transform {
     return {linear_type::Identity(dimension, dimension), vector_type::Zero(dimension)};
   }
 
-  [[nodiscard]] const linear_type& linear() const { return linear_; }
+  [[nodiscard]] const linear_type& linear() const [[clang::lifetimebound]] { return linear_; }
   [[nodiscard]] linear_type& linear() { return linear_; }
-  [[nodiscard]] const vector_type& translation() const { return translation_; }
+  [[nodiscard]] const vector_type& translation() const [[clang::lifetimebound]] {
+    return translation_;
+  }
   [[nodiscard]] vector_type& translation() { return translation_; }
   /// `(Dim + 1) × (Dim + 1)`, for homogeneous coordinates.
   [[nodiscard]] linear_type matrix() const {
@@ -165,34 +167,34 @@ run_time_transform<S, Mode> run_time_transform<S, Mode>::inverse() const {
   return {linear, -(linear * translation_)};
 }
 
-/// Writes `linear · p + translation` of every point to `out`, `Dim × N` and packed; `out` may be
-/// the points' own storage. Compiled for closed dimensions.
+/// Writes `linear · p + translation` of every point to `out`, which may be the points' own storage.
+/// Compiled for closed dimensions.
 template <Scalar S, int D>
 void apply_affine(points_view<S, D> points, const Eigen::Matrix<S, D, D>& linear,
-                  const point_vector<S, D>& translation, S* out, index_t out_stride);
+                  const point_vector<S, D>& translation, mutable_points_view<S, D> out);
 
 /// As above for directions: `linear · n`, brought back to unit length; zero and non-finite ones
 /// stay.
 template <Scalar S, int D>
-void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear, S* out,
-                         index_t out_stride);
+void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear,
+                         mutable_points_view<S, D> out);
 
-/// `transform · p` for every point p, into `out`, which may be the very matrix that the points lie
-/// in: each point is then moved once. Throws `invalid_input` for mismatched sizes.
-export template <PointsSource P, AffineMap T, class Out>
+/// `transform · p` for every point p, into `out`, which may be where the points lie: each is then
+/// moved once. Throws `invalid_input` for mismatched sizes.
+export template <PointsSource P, AffineMap T, MutablePoints Out>
   requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
            std::same_as<typename T::Scalar, scalar_of<P>>
-void transform_points(const T& transform, const P& points, Eigen::MatrixBase<Out>& out) {
+void transform_points(const T& transform, const P& points, Out&& out) {
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const auto view = points_in(points);
   expect_local(points, "transform_points");
-  expects(out.rows() == view.dimension() && out.cols() == view.size(),
+  const mutable_points_view<S, C> target = mutable_points_in(out);
+  expects(target.dimension() == view.dimension() && target.size() == view.size(),
           "transform_points: the output must have the size of the points");
   expects(transform.linear().rows() == view.dimension(),
           "transform_points: transform and points must have the same dimension");
-  apply_affine<S, C>(view, transform.linear(), transform.translation(), out.derived().data(),
-                     points_in(out.derived()).stride());
+  apply_affine<S, C>(view, transform.linear(), transform.translation(), target);
 }
 
 /// `transform · p` for every point p, as a new matrix.
@@ -206,17 +208,18 @@ export template <PointsSource P, AffineMap T>
 }
 
 /// Unit normals of the surface that `transform` moves: the inverse transpose of its linear part
-/// times each normal, brought back to unit length. `out` may be the matrix of the normals itself.
+/// times each normal, brought back to unit length. `out` may be where the normals lie.
 /// Zero normals, which stand for unknown ones, stay zero. Throws `invalid_input` for a transform
 /// that cannot be inverted, or mismatched sizes.
-export template <PointwiseVectors P, AffineMap T, class Out>
+export template <PointwiseVectors P, AffineMap T, MutablePoints Out>
   requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
            std::same_as<typename T::Scalar, scalar_of<P>>
-void transform_normals(const T& transform, const P& normals, Eigen::MatrixBase<Out>& out) {
+void transform_normals(const T& transform, const P& normals, Out&& out) {
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const auto view = points_in(normals);
-  expects(out.rows() == view.dimension() && out.cols() == view.size(),
+  const mutable_points_view<S, C> target = mutable_points_in(out);
+  expects(target.dimension() == view.dimension() && target.size() == view.size(),
           "transform_normals: the output must have the size of the normals");
   expects(transform.linear().rows() == view.dimension(),
           "transform_normals: transform and normals must have the same dimension");
@@ -224,8 +227,7 @@ void transform_normals(const T& transform, const P& normals, Eigen::MatrixBase<O
       checked_inverse(transform.linear().template cast<double>(),
                       "transform_normals: the transform must be finite and invertible")
           .transpose();
-  apply_to_directions<S, C>(view, linear.template cast<S>(), out.derived().data(),
-                            points_in(out.derived()).stride());
+  apply_to_directions<S, C>(view, linear.template cast<S>(), target);
 }
 export template <PointwiseVectors P, AffineMap T>
   requires std::same_as<typename T::Scalar, scalar_of<P>>

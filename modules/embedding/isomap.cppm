@@ -12,7 +12,7 @@ namespace cilantro {
 export struct isomap_result : embedding_result {
   /// The points that have coordinates, ascending: column c is of point `kept[c]`. All of them, if
   /// the graph is connected.
-  std::vector<index_t> kept;
+  index_list kept;
   index_t components = 0;  ///< Of the graph.
 };
 

@@ -33,7 +33,7 @@ export struct sample_covariance {
 static_assert(CovarianceEstimator<sample_covariance, float, 3>);
 
 /// 0 to `size` − 1: all points, for an estimator. Throws `invalid_input` for more than 2³¹ − 1.
-std::vector<std::int32_t> all_indices(index_t size);
+index_list all_indices(index_t size);
 
 /// Mean and covariance of all `points` by an estimator.
 export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>

@@ -17,6 +17,7 @@ export import :voxel_grid;
 export import :accumulate;
 export import :representatives;
 export import :voxel_downsample;
+export import :region;
 export import :camera;
 export import :depth_image;
 export import :projection;

@@ -14,10 +14,12 @@ export struct point_groups {
   buffer<std::int32_t> members;
 
   [[nodiscard]] index_t size() const { return std::ssize(offsets) - 1; }
-  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
-  [[nodiscard]] auto end() const { return begin() + size(); }
+  [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
+    return indexed_iterator{indexed_rows{this}, 0};
+  }
+  [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
   /// The members of group `g`. Precondition: 0 <= g < size().
-  [[nodiscard]] std::span<const std::int32_t> operator[](index_t g) const {
+  [[nodiscard]] std::span<const std::int32_t> operator[](index_t g) const [[clang::lifetimebound]] {
     const auto begin = static_cast<std::size_t>(offsets[g]);
     const auto end = static_cast<std::size_t>(offsets[static_cast<std::size_t>(g) + 1]);
     return std::span{members}.subspan(begin, end - begin);

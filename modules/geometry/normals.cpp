@@ -171,15 +171,19 @@ detail::plane_fit<S>* plane_kernel() {
 template <Scalar S, int D>
 class plane_writer {
  public:
-  plane_writer(points_view<S, D> points, const normals_options& options)
-      : points_{points},
-        result_{point_matrix<S, D>::Zero(points.dimension(), points.size()),
-                Eigen::Matrix<S, dynamic, 1>::Zero(points.size())} {
-    if (!options.viewpoint) return;
-    viewpoint_ = options.viewpoint->as<S, D>(
-        points.dimension(),
-        "estimate_normals: the viewpoint must have the dimension of the points");
-    expects(is_finite(*viewpoint_), "estimate_normals: the viewpoint must be finite");
+  plane_writer(points_view<S, D> points, const normals_options& options,
+               const normals_target<S, D>& out)
+      : points_{points}, out_{out} {
+    if (options.viewpoint) {
+      viewpoint_ = options.viewpoint->as<S, D>(
+          points.dimension(),
+          "estimate_normals: the viewpoint must have the dimension of the points");
+      expects(is_finite(*viewpoint_), "estimate_normals: the viewpoint must be finite");
+    }
+    for (index_t i = 0; i < points.size(); ++i) {
+      out_.normals[i].setZero();
+      if (out_.curvature) out_.curvature[i] = 0;
+    }
   }
 
   void write(index_t i, const plane<S, D>& found) {
@@ -191,15 +195,14 @@ class plane_writer {
       found.normal.cwiseAbs().maxCoeff(&largest);
       side = found.normal[largest];
     }
-    result_.normals.col(i) = side < 0 ? (-found.normal).eval() : found.normal;
-    result_.curvature[i] = found.curvature;
+    out_.normals[i] = side < 0 ? (-found.normal).eval() : found.normal;
+    if (out_.curvature) out_.curvature[i] = found.curvature;
   }
-  [[nodiscard]] normals_result<S, D> take() { return std::move(result_); }
 
  private:
   points_view<S, D> points_;
   std::optional<point_vector<S, D>> viewpoint_;
-  normals_result<S, D> result_;
+  normals_target<S, D> out_;
 };
 
 /// Fits planes to a block of neighbourhoods, some at a time where there are kernels for that.
@@ -275,12 +278,11 @@ void visit(points_view<S, D> points, const neighborhoods<S>& near, const normals
 }
 
 template <Scalar S, int D, class Near, class F>
-normals_result<S, D> fit_planes(points_view<S, D> points, const Near& near,
-                                const normals_options& options, bool ascending, F fit) {
-  plane_writer<S, D> out{points, options};
+void fit_planes(points_view<S, D> points, const Near& near, const normals_options& options,
+                const normals_target<S, D>& target, bool ascending, F fit) {
+  plane_writer<S, D> out{points, options, target};
   visit<S, D>(points, near, options, ascending,
               [&](const neighborhood_block<S>& block) { fit(block, out); });
-  return out.take();
 }
 
 }  // namespace
@@ -293,57 +295,49 @@ void expect_enough(const neighborhood_spec& spec, index_t dimension) {
               std::to_string(spec.max_count()) + " at most");
 }
 
-template <Scalar S, int D>
-normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
-                                    const normals_options& options) {
-  expect_enough(spec, points.dimension());
+template <Scalar S, int D, class Near>
+void closed_normals(points_view<S, D> points, const Near& near, const normals_options& options,
+                    const normals_target<S, D>& out) {
+  constexpr bool is_searched = std::same_as<Near, neighborhood_spec>;
+  if constexpr (is_searched) expect_enough(near, points.dimension());
   // Sums have no order that matters, and a third of the time would be spent on one.
-  return fit_planes(points, spec, options, false,
-                    [&](const auto& block, auto& out) { fit_block(points, block, out); });
-}
-
-template <Scalar S, int D>
-normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
-                                    const normals_options& options) {
-  return fit_planes(points, near, options, true,
-                    [&](const auto& block, auto& out) { fit_block(points, block, out); });
+  fit_planes(points, near, options, out, !is_searched,
+             [&](const auto& block, auto& writer) { fit_block(points, block, writer); });
 }
 
 template <Scalar S, int D, class Near>
-normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& near,
-                                       const normals_options& options,
-                                       const covariance_function<S, D>& estimate) {
+void closed_normals_by(points_view<S, D> points, const Near& near, const normals_options& options,
+                       const covariance_function<S, D>& estimate, const normals_target<S, D>& out) {
   if constexpr (std::same_as<Near, neighborhood_spec>) expect_enough(near, points.dimension());
   const estimated_fit<S, D> fit{points, estimate};
-  return fit_planes(points, near, options, true, [&](const auto& block, auto& out) {
+  fit_planes(points, near, options, out, true, [&](const auto& block, auto& writer) {
     for (index_t i = 0; i < block.size(); ++i)
-      if (const auto found = fit(block[i].indices())) out.write(block.query(i), *found);
+      if (const auto found = fit(block[i].indices())) writer.write(block.query(i), *found);
   });
 }
 
 template <Scalar S, int D>
-void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint, S* normals,
-                   index_t stride) {
+void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint,
+                   mutable_points_view<S, D> normals) {
   for (index_t i = 0; i < guides.size(); ++i) {
-    Eigen::Map<point_vector<S, D>> normal{normals + i * stride, guides.dimension()};
+    auto normal = normals[i];
     const S side = viewpoint ? normal.dot(*viewpoint - guides[i]) : normal.dot(guides[i]);
     if (side < 0) normal = -normal;
   }
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                                \
-  template normals_result<S, D> closed_normals<S, D>(points_view<S, D>, const neighborhood_spec&, \
-                                                     const normals_options&);                     \
-  template normals_result<S, D> closed_normals<S, D>(points_view<S, D>, const neighborhoods<S>&,  \
-                                                     const normals_options&);                     \
-  template normals_result<S, D> closed_normals_by(points_view<S, D>, const neighborhood_spec&,    \
-                                                  const normals_options&,                         \
-                                                  const covariance_function<S, D>&);              \
-  template normals_result<S, D> closed_normals_by(points_view<S, D>, const neighborhoods<S>&,     \
-                                                  const normals_options&,                         \
-                                                  const covariance_function<S, D>&);              \
-  template void closed_orient<S, D>(points_view<S, D>, const point_vector<S, D>*, S*, index_t);
+#define CILANTRO_INSTANTIATE_FOR(S, D, Near)                                              \
+  template void closed_normals(points_view<S, D>, const Near&, const normals_options&,    \
+                               const normals_target<S, D>&);                              \
+  template void closed_normals_by(points_view<S, D>, const Near&, const normals_options&, \
+                                  const covariance_function<S, D>&, const normals_target<S, D>&);
+#define CILANTRO_INSTANTIATE(S, D)                                                \
+  CILANTRO_INSTANTIATE_FOR(S, D, neighborhood_spec)                               \
+  CILANTRO_INSTANTIATE_FOR(S, D, neighborhoods<S>)                                \
+  template void closed_orient<S, D>(points_view<S, D>, const point_vector<S, D>*, \
+                                    mutable_points_view<S, D>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
+#undef CILANTRO_INSTANTIATE_FOR
 
 }  // namespace cilantro

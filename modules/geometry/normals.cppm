@@ -30,25 +30,44 @@ struct normals_result {
   }
 };
 
+/// Where normals are written to, and curvatures unless that is null.
 template <Scalar S, int D>
-normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhood_spec& spec,
-                                    const normals_options& options);
-template <Scalar S, int D>
-normals_result<S, D> closed_normals(points_view<S, D> points, const neighborhoods<S>& near,
-                                    const normals_options& options);
-/// As an estimator of the closed dimension of a space.
+struct normals_target {
+  mutable_points_view<S, D> normals;
+  S* curvature = nullptr;
+};
+
+/// `Near` is what neighbourhoods are wanted, or what they are. An `estimate` is one of the closed
+/// dimension of a space.
+template <Scalar S, int D, class Near>
+void closed_normals(points_view<S, D> points, const Near& near, const normals_options& options,
+                    const normals_target<S, D>& out);
 template <Scalar S, int D>
 using covariance_function =
     std::function<std::optional<moments<S, D>>(points_view<S, D>, std::span<const std::int32_t>)>;
 template <Scalar S, int D, class Near>
-normals_result<S, D> closed_normals_by(points_view<S, D> points, const Near& near,
-                                       const normals_options& options,
-                                       const covariance_function<S, D>& estimate);
+void closed_normals_by(points_view<S, D> points, const Near& near, const normals_options& options,
+                       const covariance_function<S, D>& estimate, const normals_target<S, D>& out);
+
+/// The normals of `points` that `fill(closed points, target)` writes.
+template <PointsSource P, class F>
+[[nodiscard]] auto normals_filled_by(const P& points, const normals_options& options, F&& fill)
+    -> normals_result<scalar_of<P>, dimension_of<P>> {
+  using S = scalar_of<P>;
+  constexpr int C = closed_dimension<dimension_of<P>>;
+  if (options.viewpoint) expect_local(points, "estimate_normals");
+  const points_view<S, C> view = points_in(points);
+  normals_result<S, dimension_of<P>> found;
+  found.normals.resize(view.dimension(), view.size());
+  found.curvature.resize(view.size());
+  fill(view, normals_target<S, C>{mutable_points_in(found.normals), found.curvature.data()});
+  return found;
+}
 
 /// Turns normal i along viewpoint − guides[i], or along guides[i] if there is no viewpoint.
 template <Scalar S, int D>
-void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint, S* normals,
-                   index_t stride);
+void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint,
+                   mutable_points_view<S, D> normals);
 
 /// The normal of the surface at every point: the direction in which its neighbours, the point
 /// itself among them, vary least; and the curvature, the share of the variance in that direction.
@@ -66,9 +85,9 @@ export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
-  if (options.viewpoint) expect_local(points, "estimate_normals");
-  auto found = closed_normals(closed_points(points), spec, options);
-  return {std::move(found.normals), std::move(found.curvature)};
+  return normals_filled_by(points, options, [&](auto view, const auto& out) {
+    closed_normals(view, spec, options, out);
+  });
 }
 
 /// As above, from neighbourhoods found by any searcher, one per point.
@@ -77,9 +96,33 @@ export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
                                     const normals_options& options = {})
     -> normals_result<scalar_of<P>, dimension_of<P>> {
-  if (options.viewpoint) expect_local(points, "estimate_normals");
-  auto found = closed_normals(closed_points(points), near, options);
-  return {std::move(found.normals), std::move(found.curvature)};
+  return normals_filled_by(points, options, [&](auto view, const auto& out) {
+    closed_normals(view, near, options, out);
+  });
+}
+
+/// As above, into memory of yours, without the curvatures: `normals` has one column a point, and is
+/// not where the points are. `near` is a specification, or neighbourhoods. If an exception is
+/// thrown after the sizes have been checked, what `normals` holds is not specified.
+export template <MutablePoints N, PointsSource P, class Near>
+  requires std::same_as<points_view_of<N>, points_view_of<P>> &&
+           (std::convertible_to<const Near&, neighborhood_spec> ||
+            std::same_as<Near, neighborhoods<scalar_of<P>>>)
+void write_normals(N&& normals, const P& points, const Near& near,
+                   const normals_options& options = {}) {
+  using S = scalar_of<P>;
+  constexpr int C = closed_dimension<dimension_of<P>>;
+  if (options.viewpoint) expect_local(points, "write_normals");
+  const points_view<S, C> view = points_in(points);
+  const mutable_points_view<S, C> out = mutable_points_in(normals);
+  expects(out.dimension() == view.dimension() && out.size() == view.size(),
+          "write_normals: there must be one normal per point");
+  expects(view.empty() || out.data() != view.data(),
+          "write_normals: the normals would overwrite the points");
+  if constexpr (std::same_as<Near, neighborhoods<S>>)
+    closed_normals(view, near, options, normals_target<S, C>{out});
+  else
+    closed_normals(view, neighborhood_spec{near}, options, normals_target<S, C>{out});
 }
 
 /// The normals whose covariances `estimate` finds.
@@ -88,15 +131,14 @@ template <PointsSource P, class Near, class E>
                               const normals_options& options)
     -> normals_result<scalar_of<P>, dimension_of<P>> {
   using S = scalar_of<P>;
-  constexpr int D = dimension_of<P>;
-  constexpr int C = closed_dimension<D>;
-  if (options.viewpoint) expect_local(points, "estimate_normals");
-  const auto view = points_in(points);
+  constexpr int D = dimension_of<P>, C = closed_dimension<D>;
+  const auto given = points_in(points);
   const covariance_function<S, C> by = [&](points_view<S, C>, std::span<const std::int32_t> some) {
-    return with_dimension<S, C>(std::optional<moments<S, D>>{estimate(view, some)});
+    return with_dimension<S, C>(std::optional<moments<S, D>>{estimate(given, some)});
   };
-  auto found = closed_normals_by<S, C, Near>(view, near, options, by);
-  return {std::move(found.normals), std::move(found.curvature)};
+  return normals_filled_by(points, options, [&](auto view, const auto& out) {
+    closed_normals_by(view, near, options, by, out);
+  });
 }
 
 /// As above, from the covariance that an estimator of yours finds for each neighbourhood: robust
@@ -119,33 +161,33 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
 
 /// Turns each normal, in place, so that it points from its point towards `viewpoint`.
 /// Throws `invalid_input` for mismatched sizes or dimensions.
-export template <PointsSource P, class N>
+export template <MutablePoints N, PointsSource P>
   requires std::same_as<points_view_of<N>, points_view_of<P>>
-void orient_to_viewpoint(Eigen::MatrixBase<N>& normals, const P& points,
-                         const coordinates& viewpoint) {
+void orient_to_viewpoint(N&& normals, const P& points, const coordinates& viewpoint) {
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const points_view<S, C> view = points_in(points);
+  const mutable_points_view<S, C> out = mutable_points_in(normals);
   expect_local(points, "orient_to_viewpoint");
-  expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
+  expects(out.dimension() == view.dimension() && out.size() == view.size(),
           "orient_to_viewpoint: there must be one normal per point");
   const auto eye = viewpoint.as<S, C>(
       view.dimension(), "orient_to_viewpoint: the viewpoint must have the dimension of the points");
-  closed_orient<S, C>(view, &eye, normals.derived().data(), points_in(normals.derived()).stride());
+  closed_orient(view, &eye, out);
 }
 
 /// Turns each normal, in place, to the side on which the reference normal of its point is.
 /// Throws `invalid_input` for mismatched sizes.
-export template <PointwiseVectors R, class N>
+export template <MutablePoints N, PointwiseVectors R>
   requires std::same_as<points_view_of<N>, points_view_of<R>>
-void orient_to_reference(Eigen::MatrixBase<N>& normals, const R& reference) {
+void orient_to_reference(N&& normals, const R& reference) {
   using S = scalar_of<R>;
   constexpr int C = closed_dimension<dimension_of<R>>;
   const points_view<S, C> view = points_in(reference);
-  expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
+  const mutable_points_view<S, C> out = mutable_points_in(normals);
+  expects(out.dimension() == view.dimension() && out.size() == view.size(),
           "orient_to_reference: there must be one normal per reference normal");
-  closed_orient<S, C>(view, nullptr, normals.derived().data(),
-                      points_in(normals.derived()).stride());
+  closed_orient<S, C>(view, nullptr, out);
 }
 
 }  // namespace cilantro

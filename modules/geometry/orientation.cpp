@@ -63,12 +63,10 @@ void for_each_edge(points_view<S, D> points, const neighborhood_spec& spec, F ad
 
 template <Scalar S, int D, class Near>
 index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
-                                   const point_vector<S, D>* viewpoint, S* normals,
-                                   index_t stride) {
+                                   const point_vector<S, D>* viewpoint,
+                                   mutable_points_view<S, D> normals) {
   const index_t n = points.size();
-  const auto normal = [&](index_t i) {
-    return Eigen::Map<point_vector<S, D>>{normals + i * stride, points.dimension()};
-  };
+  const auto normal = [&](index_t i) { return normals[i]; };
   const auto is_known = [&](index_t i) {
     return is_finite(points[i]) && is_finite(normal(i)) && !normal(i).isZero(0);
   };
@@ -133,9 +131,11 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
 
 #define CILANTRO_INSTANTIATE(S, D)                                                               \
   template index_t closed_orient_consistently<S, D>(points_view<S, D>, const neighborhoods<S>&,  \
-                                                    const point_vector<S, D>*, S*, index_t);     \
+                                                    const point_vector<S, D>*,                   \
+                                                    mutable_points_view<S, D>);                  \
   template index_t closed_orient_consistently<S, D>(points_view<S, D>, const neighborhood_spec&, \
-                                                    const point_vector<S, D>*, S*, index_t);
+                                                    const point_vector<S, D>*,                   \
+                                                    mutable_points_view<S, D>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -10,7 +10,8 @@ namespace cilantro {
 /// `Near` is the graph, or the specification of one.
 template <Scalar S, int D, class Near>
 index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
-                                   const point_vector<S, D>* viewpoint, S* normals, index_t stride);
+                                   const point_vector<S, D>* viewpoint,
+                                   mutable_points_view<S, D> normals);
 
 export struct orientation_options {
   /// Each connected part of the surface is turned so that the normal nearest to this point points
@@ -28,18 +29,19 @@ export struct orientation_options {
 /// mismatched sizes, and a neighbour that is not one of the points. O(E log E); memory: about 12
 /// bytes an edge, and 30 a point.
 /// Source: Hoppe et al. 1992, section 3.3.
-export template <PointsSource P, class N, class Near>
+export template <MutablePoints N, PointsSource P, class Near>
   requires std::same_as<points_view_of<N>, points_view_of<P>> &&
            (std::convertible_to<const Near&, neighborhood_spec> ||
             std::same_as<Near, neighborhoods<scalar_of<P>>>)
-index_t orient_consistently(Eigen::MatrixBase<N>& normals, const P& points, const Near& near,
+index_t orient_consistently(N&& normals, const P& points, const Near& near,
                             const orientation_options& options = {}) {
   using S = scalar_of<P>;
   using near_type =
       std::conditional_t<std::same_as<Near, neighborhoods<S>>, neighborhoods<S>, neighborhood_spec>;
   constexpr int C = closed_dimension<dimension_of<P>>;
   const points_view<S, C> view = points_in(points);
-  expects(normals.rows() == view.dimension() && normals.cols() == view.size(),
+  const mutable_points_view<S, C> out = mutable_points_in(normals);
+  expects(out.dimension() == view.dimension() && out.size() == view.size(),
           "orient_consistently: there must be one normal per point");
   point_vector<S, C> eye;
   if (options.viewpoint) {
@@ -49,8 +51,7 @@ index_t orient_consistently(Eigen::MatrixBase<N>& normals, const P& points, cons
         "orient_consistently: the viewpoint must have the dimension of the points");
   }
   return closed_orient_consistently<S, C, near_type>(view, near, options.viewpoint ? &eye : nullptr,
-                                                     normals.derived().data(),
-                                                     points_in(normals.derived()).stride());
+                                                     out);
 }
 
 }  // namespace cilantro

@@ -9,7 +9,7 @@ namespace cilantro {
 
 /// The points that a filter keeps, and those that it removes, by ascending index.
 export struct selection {
-  std::vector<std::int32_t> kept, removed;
+  index_list kept, removed;
 };
 
 export struct statistical_outlier_options {

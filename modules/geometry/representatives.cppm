@@ -20,23 +20,21 @@ export enum class voxel_representative {
 };
 
 template <Scalar S, int D>
-std::vector<std::int32_t> closed_nearest_to_centers(points_view<S, D> points,
-                                                    const point_groups& groups,
-                                                    const cell_layout<D>& layout,
-                                                    const execution& how);
+index_list closed_nearest_to_centers(points_view<S, D> points, const point_groups& groups,
+                                     const cell_layout<D>& layout, const execution& how);
 template <Scalar S, int D>
-std::vector<std::int32_t> closed_medoids(points_view<S, D> normals, const point_groups& groups,
-                                         const execution& how);
+index_list closed_medoids(points_view<S, D> normals, const point_groups& groups,
+                          const execution& how);
 
 /// The first member of each group.
-export [[nodiscard]] std::vector<std::int32_t> first_of_groups(const point_groups& groups);
+export [[nodiscard]] index_list first_of_groups(const point_groups& groups);
 
 /// The point of each cell that is nearest to its centre, in the order of the cells.
 /// `points` must be those of the grid.
 export template <PointsSource P>
-[[nodiscard]] std::vector<std::int32_t> nearest_to_centers(
-    const P& points, const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
-    const execution& how = {}) {
+[[nodiscard]] index_list nearest_to_centers(const P& points,
+                                            const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
+                                            const execution& how = {}) {
   constexpr int C = closed_dimension<dimension_of<P>>;
   return closed_nearest_to_centers<scalar_of<P>, C>(points_in(points), grid.groups(),
                                                     {grid.edges(), grid.origin()}, how);
@@ -45,18 +43,17 @@ export template <PointsSource P>
 /// The member of each group whose normal is closest to those of the others. Normals that are zero
 /// or not finite are chosen only where there is no other.
 export template <PointwiseVectors P>
-[[nodiscard]] std::vector<std::int32_t> medoids_of_normals(const P& normals,
-                                                           const point_groups& groups,
-                                                           const execution& how = {}) {
+[[nodiscard]] index_list medoids_of_normals(const P& normals, const point_groups& groups,
+                                            const execution& how = {}) {
   return closed_medoids(closed_points(normals), groups, how);
 }
 
 /// The point that stands for each cell; `pick` is not the mean. `points` must be those of the grid.
 /// Throws `invalid_input` if normals are to be compared and the points have none.
 export template <PointsSource P>
-[[nodiscard]] std::vector<std::int32_t> representatives(
-    const P& points, const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
-    voxel_representative pick, const execution& how = {}) {
+[[nodiscard]] index_list representatives(const P& points,
+                                         const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
+                                         voxel_representative pick, const execution& how = {}) {
   expects(pick != voxel_representative::mean, "representatives: a mean is none of the points");
   if (pick == voxel_representative::first) return first_of_groups(grid.groups());
   if (pick == voxel_representative::nearest_to_center) return nearest_to_centers(points, grid, how);

@@ -12,7 +12,7 @@ namespace cilantro {
 
 /// How `voxel_downsample` reduces points or a cloud.
 export struct voxel_downsample_options {
-  index_t min_points = 1;                  ///< Cells with fewer points are left out.
+  index_t min_points_per_cell = 1;         ///< Cells with fewer points are left out.
   std::optional<coordinates> origin = {};  ///< A corner that cells share; zero if none is given.
   voxel_representative pick = voxel_representative::mean;  ///< What stands for a cell.
   int threads = 0;
@@ -28,8 +28,12 @@ export template <PointsSource P>
     -> point_matrix<scalar_of<P>, dimension_of<P>> {
   expect_local(points, "voxel_downsample");
   const auto view = points_in(points);
-  const voxel_grid grid{
-      view, size, {options.min_points, options.origin, options.threads, options.monitor}};
+  const voxel_grid grid{view,
+                        size,
+                        {.min_points_per_cell = options.min_points_per_cell,
+                         .origin = options.origin,
+                         .threads = options.threads,
+                         .monitor = options.monitor}};
   const execution how{.threads = options.threads};
   if (options.pick == voxel_representative::mean) return group_means(points, grid.groups(), how);
   const auto picked = representatives(points, grid, options.pick, how);

@@ -251,7 +251,7 @@ class cell_sorter {
 template <Scalar S, int D>
 point_groups closed_voxel_groups(points_view<S, D> points, const cell_layout<D>& layout,
                                  index_t min_points, const execution& how) {
-  expect_from(0, double(min_points), "voxel_grid: min_points");
+  expect_from(0, double(min_points), "voxel_grid: min_points_per_cell");
   // The range, the keys, two sorts and the groups; fewer where points are few.
   const execution passes{how.threads, in_passes(how.monitor, 5)};
   auto groups = cell_sorter<S, D>{points, layout, passes}.group(min_points);

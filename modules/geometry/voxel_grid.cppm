@@ -30,6 +30,12 @@ export class voxel_size {
             "voxel_size: the edges must be positive");
     return all;
   }
+  /// The longest edge.
+  [[nodiscard]] double largest() const {
+    double longest = 0;
+    for (index_t d = 0; d < edges_.size(); ++d) longest = std::max(longest, edges_[d]);
+    return longest;
+  }
 
  private:
   coordinates edges_;
@@ -64,7 +70,7 @@ template <Scalar S, int D>
 }
 
 export struct voxel_options {
-  index_t min_points = 1;  ///< Cells with fewer points are left out.
+  index_t min_points_per_cell = 1;  ///< Cells with fewer points are left out.
   /// A corner that cells share, in the coordinates of the points; zero if none is given.
   std::optional<coordinates> origin = {};
   int threads = 0;
@@ -92,14 +98,14 @@ class voxel_grid {
   using cell_type = Eigen::Matrix<std::int64_t, D, 1>;
 
   /// Throws `invalid_input` for edges that are not positive, an origin that is not finite, a
-  /// negative `min_points`, and a point whose cell coordinate would not fit 62 bits. O(N) for cells
-  /// whose coordinates differ in 64 bits altogether, a few times slower beyond. Memory: 4 bytes a
-  /// point and 8 a cell, and up to 36 bytes a point while it is built.
+  /// negative `min_points_per_cell`, and a point whose cell coordinate would not fit 62 bits. O(N)
+  /// for cells whose coordinates differ in 64 bits altogether, a few times slower beyond. Memory: 4
+  /// bytes a point and 8 a cell, and up to 36 bytes a point while it is built.
   voxel_grid(points_view<S, D> points, const voxel_size& size, const voxel_options& options = {})
       : points_{points},
         layout_{layout_of<D>(size, options, points.dimension())},
         groups_{closed_voxel_groups<S, closed_dimension<D>>(points, {layout_.edges, layout_.origin},
-                                                            options.min_points,
+                                                            options.min_points_per_cell,
                                                             {options.threads, options.monitor})} {}
   template <BorrowedPoints P>
   voxel_grid(P&& points, const voxel_size& size, const voxel_options& options = {})
@@ -110,19 +116,27 @@ class voxel_grid {
   /// The number of occupied cells.
   [[nodiscard]] index_t size() const { return groups_.size(); }
   /// A range of what `operator[]` gives, one a cell.
-  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
-  [[nodiscard]] auto end() const { return begin() + size(); }
+  [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
+    return indexed_iterator{indexed_rows{this}, 0};
+  }
+  [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
   /// The indices of the points in cell number `c`, ascending.
-  [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const { return groups_[c]; }
-  [[nodiscard]] const point_groups& groups() const { return groups_; }
+  [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const [[clang::lifetimebound]] {
+    return groups_[c];
+  }
+  [[nodiscard]] const point_groups& groups() const [[clang::lifetimebound]] { return groups_; }
   /// The integer coordinates of cell number `c`.
   [[nodiscard]] cell_type cell(index_t c) const {
     return voxel_of<S, D>(points_[groups_[c].front()], layout_);
   }
 
   /// The edges of a cell, and the corner that all grids of this layout share.
-  [[nodiscard]] const point_vector<double, D>& edges() const { return layout_.edges; }
-  [[nodiscard]] const point_vector<double, D>& origin() const { return layout_.origin; }
+  [[nodiscard]] const point_vector<double, D>& edges() const [[clang::lifetimebound]] {
+    return layout_.edges;
+  }
+  [[nodiscard]] const point_vector<double, D>& origin() const [[clang::lifetimebound]] {
+    return layout_.origin;
+  }
   /// The corner of cell number `c` with the least coordinates, which belongs to it, and its centre.
   [[nodiscard]] point_vector<double, D> corner(index_t c) const {
     return layout_.origin + layout_.edges.cwiseProduct(cell(c).template cast<double>());

@@ -29,13 +29,22 @@ export template <Scalar S, int D>
 void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
                  const task_monitor& monitor = {});
 
+struct write_cloud_tap {
+  std::filesystem::path path;
+  task_monitor monitor;
+
+  static constexpr const char* name = "write_cloud";
+  static step_reach reach() { return {.everything = true}; }
+  template <Scalar S, int D>
+    requires(D == 2 || D == 3)
+  void look(const point_cloud<S, D>& cloud) const {
+    write_cloud(cloud, path, monitor);
+  }
+};
 /// Writes the cloud to `path` and hands it on.
 export [[nodiscard]] inline auto write_cloud(std::filesystem::path path,
                                              task_monitor monitor = {}) {
-  return step{[path = std::move(path), monitor = std::move(monitor)]<PointCloud C>(C&& cloud) -> C {
-    write_cloud(cloud, path, monitor);
-    return std::forward<C>(cloud);
-  }};
+  return tap_step{write_cloud_tap{std::move(path), std::move(monitor)}};
 }
 
 }  // namespace cilantro

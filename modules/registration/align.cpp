@@ -34,8 +34,8 @@ prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel, bool
 
 template <Scalar S, int D, class T>
 icp_result<T> align_scales(
-    const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
-    const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
+    const align_input<S, D>& source, const align_input<S, D>& target, const align_start<T>& start,
+    const align_options& options, bool needs_source_normals, bool needs_target_normals,
     const std::function<erased_estimator<T>(const oriented_points_view<S, D>& source,
                                             const oriented_points_view<S, D>& target)>&
         make_estimator) {
@@ -54,7 +54,7 @@ icp_result<T> align_scales(
             "align: scales must go from coarse to fine");
   }
   icp_result<T> result;
-  result.transform = initial;
+  result.transform = start.transform;
   int iterations = 0;
   for (std::size_t k = 0; k < scales.size(); ++k) {
     const auto& scale = scales[k];
@@ -80,7 +80,7 @@ icp_result<T> align_scales(
       auto next = icp(searcher, make_estimator(moving.view(), onto.view()), result.transform,
                       {.max_iterations = options.max_iterations,
                        .tolerance = options.tolerance,
-                       .observer = options.observer,
+                       .observer = start.observer,
                        .monitor = monitor});
       // Stopped before it looked at anything: then the figures are those of the scale before.
       if (next.status == icp_status::cancelled && next.pairs == 0) throw cancelled{};
@@ -101,25 +101,25 @@ icp_result<T> align_scales(
   template prepared_points<S, D> prepare(const align_input<S, D>&, double, bool,          \
                                          const neighborhood_spec&, const execution&);     \
   template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
-      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,   \
-      const align_options<rigid_transform<S, D>>&, bool, bool,                            \
+      const align_input<S, D>&, const align_input<S, D>&,                                 \
+      const align_start<rigid_transform<S, D>>&, const align_options&, bool, bool,        \
       const std::function<erased_estimator<rigid_transform<S, D>>(                        \
           const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);       \
   template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
-      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,  \
-      const align_options<affine_transform<S, D>>&, bool, bool,                           \
+      const align_input<S, D>&, const align_input<S, D>&,                                 \
+      const align_start<affine_transform<S, D>>&, const align_options&, bool, bool,       \
       const std::function<erased_estimator<affine_transform<S, D>>(                       \
           const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
-#define CILANTRO_INSTANTIATE(S, D)                                                       \
-  template icp_result<rigid_transform<S, D>> align_by_options<rigid_motion, S, D>(       \
-      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,  \
-      const align_options<rigid_transform<S, D>>&);                                      \
-  template icp_result<affine_transform<S, D>> align_by_options<affine_motion, S, D>(     \
-      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&, \
-      const align_options<affine_transform<S, D>>&);
+#define CILANTRO_INSTANTIATE(S, D)                                                   \
+  template icp_result<rigid_transform<S, D>> align_by_options<rigid_motion, S, D>(   \
+      const align_input<S, D>&, const align_input<S, D>&,                            \
+      const align_start<rigid_transform<S, D>>&, const align_options&);              \
+  template icp_result<affine_transform<S, D>> align_by_options<affine_motion, S, D>( \
+      const align_input<S, D>&, const align_input<S, D>&,                            \
+      const align_start<affine_transform<S, D>>&, const align_options&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

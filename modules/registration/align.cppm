@@ -33,11 +33,14 @@ export using metric_choice =
     std::variant<point_to_plane, point_to_point, symmetric, generalized_icp,
                  combined_metric<weighted_term<point_to_point>, weighted_term<point_to_plane>>>;
 
-/// How `align` registers. T is the type of the transform.
-export template <class T>
-struct align_options {
+/// One iteration of `align`, as an observer sees it; its transform is in double.
+export using align_iteration = icp_iteration<any_transform>;
+
+/// How `align` registers.
+export struct align_options {
   metric_choice metric = point_to_plane{};
-  std::optional<T> initial = {};  ///< Where to start from; by default, where the points are.
+  /// Where to start from, of any scalar; by default, where the points are.
+  std::optional<any_transform> initial = {};
   /// Points farther apart are no pair. Without a limit, parts that only one set shows mislead.
   double max_distance = std::numeric_limits<double>::infinity();
   int max_iterations = 30;  ///< In each scale.
@@ -45,13 +48,14 @@ struct align_options {
   /// From coarse to fine, each starting from the result of the one before; with these, no
   /// `max_distance`.
   std::vector<align_scale> scales = {};
-  neighborhood_spec normals = knn{10};  ///< For normals that the metric needs and nobody has.
-  robust_kernel robust = {};            ///< Of the residual, such as `huber{0.01}`.
-  bool reciprocal = false;              ///< These three as in `correspondence_options`.
+  /// Neighbourhoods for estimating normals, where the metric needs them and the input has none.
+  neighborhood_spec normals = knn{10};
+  robust_kernel robust = {};  ///< Of the residual, such as `huber{0.01}`.
+  bool reciprocal = false;    ///< These three as in `correspondence_options`.
   sides one_to_one = sides::none;
   double fraction = 1;
   truncated_solver solver = {};  ///< From when on a direction counts as determined.
-  std::function<void(const icp_iteration<T>&)> observer = {};
+  std::function<void(const align_iteration&)> observer = {};
   int threads = 0;
   /// A stop ends with the status `cancelled`, not with an exception.
   task_monitor monitor = {};
@@ -83,6 +87,13 @@ template <Scalar S, int D>
                                             bool needs_normals, const neighborhood_spec& spec,
                                             const execution& how);
 
+/// Where a registration starts, and who watches it.
+template <class T>
+struct align_start {
+  T transform;
+  std::function<void(const icp_iteration<T>&)> observer = {};
+};
+
 /// An estimator behind a function, so that the loop is compiled once for all metrics.
 template <class T>
 struct erased_estimator {
@@ -100,8 +111,8 @@ struct erased_estimator {
 /// All scales, one after the other. `make_estimator(source, target)` makes one for each.
 template <Scalar S, int D, class T>
 [[nodiscard]] icp_result<T> align_scales(
-    const align_input<S, D>& source, const align_input<S, D>& target, const T& initial,
-    const align_options<T>& options, bool needs_source_normals, bool needs_target_normals,
+    const align_input<S, D>& source, const align_input<S, D>& target, const align_start<T>& start,
+    const align_options& options, bool needs_source_normals, bool needs_target_normals,
     const std::function<erased_estimator<T>(const oriented_points_view<S, D>& source,
                                             const oriented_points_view<S, D>& target)>&
         make_estimator);
@@ -111,7 +122,7 @@ template <MotionModel Model, Scalar S, int D, class Metric>
 [[nodiscard]] auto make_estimator(const oriented_points_view<S, D>& source,
                                   const oriented_points_view<S, D>& target, const Metric& metric,
                                   const truncated_solver& solver, const execution& how) {
-  using T = typename Model::template transform<S, D>;
+  using T = transform_of<Model, S, D>;
   const auto erase = [](auto estimator) {
     return erased_estimator<T>{[estimator = std::move(estimator)](
                                    const T& current, std::span<const correspondence<S>> pairs) {
@@ -131,11 +142,11 @@ template <MotionModel Model, Scalar S, int D, class Metric>
 template <MotionModel Model, Scalar S, int D, class Metric>
 [[nodiscard]] auto align_with(const align_input<S, D>& source, const align_input<S, D>& target,
                               const Metric& metric,
-                              const typename Model::template transform<S, D>& initial,
-                              const align_options<typename Model::template transform<S, D>>& o) {
-  using T = typename Model::template transform<S, D>;
+                              const align_start<transform_of<Model, S, D>>& start,
+                              const align_options& o) {
+  using T = transform_of<Model, S, D>;
   return align_scales<S, D, T>(
-      source, target, initial, o, needs_source_normals<Metric>, needs_target_normals<Metric>,
+      source, target, start, o, needs_source_normals<Metric>, needs_target_normals<Metric>,
       [&](const oriented_points_view<S, D>& moving, const oriented_points_view<S, D>& onto) {
         return make_estimator<Model>(moving, onto, metric, o.solver, {.threads = o.threads});
       });
@@ -157,15 +168,15 @@ template <class A, class B>
 
 /// With the metric and the kernel of the options. Compiled in the library for the shipped motions.
 template <MotionModel Model, Scalar S, int D>
-[[nodiscard]] auto align_by_options(
-    const align_input<S, D>& source, const align_input<S, D>& target,
-    const typename Model::template transform<S, D>& initial,
-    const align_options<typename Model::template transform<S, D>>& o)
-    -> icp_result<typename Model::template transform<S, D>> {
+[[nodiscard]] auto align_by_options(const align_input<S, D>& source,
+                                    const align_input<S, D>& target,
+                                    const align_start<transform_of<Model, S, D>>& start,
+                                    const align_options& o)
+    -> icp_result<transform_of<Model, S, D>> {
   return std::visit(
       [&](const auto& metric) {
-        if (!o.robust) return align_with<Model>(source, target, metric, initial, o);
-        return align_with<Model>(source, target, with_kernel(metric, o.robust), initial, o);
+        if (!o.robust) return align_with<Model>(source, target, metric, start, o);
+        return align_with<Model>(source, target, with_kernel(metric, o.robust), start, o);
       },
       o.metric);
 }
@@ -188,16 +199,21 @@ template <PointsSource A, PointsSource B>
   return from - to;
 }
 
+/// First the shift, then `t`, as a transform of type T.
+template <class T, AffineMap From>
+[[nodiscard]] T after_shift(const From& t, const Eigen::VectorXd& shift) {
+  using S = typename T::Scalar;
+  return make_transform<T>(t.linear(), (t.translation() + t.linear() * shift.cast<S>()).eval());
+}
+
 /// Between the types of the caller and those that the library is compiled for.
 template <MotionModel Model, PointsSource A, PointsSource B, class F>
-[[nodiscard]] auto align_any(
-    const A& source, const B& target,
-    const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>& o,
-    F&& align_in_closed_dimension) {
+[[nodiscard]] auto align_any(const A& source, const B& target, const align_options& o,
+                             F&& align_in_closed_dimension) {
   using S = scalar_of<A>;
   constexpr int D = dimension_of<A>, C = closed_dimension<D>;
-  using T = typename Model::template transform<S, D>;
-  using closed_type = typename Model::template transform<S, C>;
+  using T = transform_of<Model, S, D>;
+  using closed_type = transform_of<Model, S, C>;
   const auto moving = align_input_of<C>(source);
   const auto onto = align_input_of<C>(target);
   const index_t dimension =
@@ -206,38 +222,27 @@ template <MotionModel Model, PointsSource A, PointsSource B, class F>
               moving.surface.points.dimension() == onto.surface.points.dimension(),
           "align: source and target must have the same dimension");
   const Eigen::VectorXd shift = shift_between(source, target);
-  const auto shifted = [&]<class X>(const X& t, double sign) {
-    return make_transform<X>(t.linear(),
-                             (t.translation() + t.linear() * (sign * shift).cast<S>()).eval());
-  };
-  const T start = o.initial.value_or(identity_transform<T>(dimension));
-  expects(index_t(start.translation().size()) == dimension,
-          "align: initial transform and points must have the same dimension");
-  expects(is_finite(start.linear().reshaped()) && is_finite(start.translation()),
+  const T initial =
+      o.initial ? o.initial->as<T>(
+                      dimension, "align: initial transform and points must have the same dimension")
+                : identity_transform<T>(dimension);
+  expects(is_finite(initial.linear().reshaped()) && is_finite(initial.translation()),
           "align, evaluate: the transform must be finite");
   if constexpr (std::same_as<Model, rigid_motion>)
-    expects((start.linear() * start.linear().transpose()).isIdentity(S(1e-3)) &&
-                determinant(start.linear().template cast<double>()) > 0,
+    expects((initial.linear() * initial.linear().transpose()).isIdentity(S(1e-3)) &&
+                determinant(initial.linear().template cast<double>()) > 0,
             "align, evaluate: the transform must be rigid, and its linear part is no rotation");
 
-  align_options<closed_type> closed{o.metric,     {},           o.max_distance, o.max_iterations,
-                                    o.tolerance,  o.scales,     o.normals,      o.robust,
-                                    o.reciprocal, o.one_to_one, o.fraction,     o.solver,
-                                    {},           o.threads,    o.monitor};
+  align_start<closed_type> start{after_shift<closed_type>(initial, shift)};
   if (o.observer)
-    closed.observer = [&](const icp_iteration<closed_type>& now) {
-      const T reached =
-          shifted(make_transform<T>(now.transform.linear(), now.transform.translation()), -1);
+    start.observer = [&](const icp_iteration<closed_type>& now) {
+      const any_transform reached = after_shift<T>(now.transform, -shift);
       o.observer({now.number, reached, now.change, now.fit});
     };
-  auto found = align_in_closed_dimension(
-      moving, onto,
-      make_transform<closed_type>(shifted(start, 1).linear(), shifted(start, 1).translation()),
-      closed);
+  auto found = align_in_closed_dimension(moving, onto, start);
   icp_result<T> result;
   static_cast<alignment_fit&>(result) = std::move(static_cast<alignment_fit&>(found));
-  result.transform =
-      shifted(make_transform<T>(found.transform.linear(), found.transform.translation()), -1);
+  result.transform = after_shift<T>(found.transform, -shift);
   result.status = found.status;
   result.iterations = found.iterations;
   result.last_change = found.last_change;
@@ -256,15 +261,11 @@ template <MotionModel Model, PointsSource A, PointsSource B, class F>
 /// no exception: its status says what is wrong.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
-[[nodiscard]] auto align(
-    const A& source, const B& target,
-    const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>&
-        options = {}) {
-  return align_any<Model>(
-      source, target, options,
-      [](const auto& moving, const auto& onto, const auto& initial, const auto& o) {
-        return align_by_options<Model>(moving, onto, initial, o);
-      });
+[[nodiscard]] auto align(const A& source, const B& target, const align_options& options = {}) {
+  return align_any<Model>(source, target, options,
+                          [&](const auto& moving, const auto& onto, const auto& start) {
+                            return align_by_options<Model>(moving, onto, start, options);
+                          });
 }
 /// Points of two scalars or dimensions.
 export template <class Model = rigid_motion, PointsSource A, PointsSource B, class... More>
@@ -282,29 +283,25 @@ void align(const A&, const B&, More&&...) {
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B, class Metric>
   requires std::same_as<points_view_of<A>, points_view_of<B>> &&
            RegistrationMetric<Metric, closed_dimension<dimension_of<A>>>
-[[nodiscard]] auto align(
-    const A& source, const B& target, const Metric& metric,
-    const align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>>&
-        options = {}) {
+[[nodiscard]] auto align(const A& source, const B& target, const Metric& metric,
+                         const align_options& options = {}) {
   expects(std::holds_alternative<point_to_plane>(options.metric),
           "align: there are two metrics: leave .metric out where one is an argument of its own");
   expects(!options.robust,
           "align: .robust goes with .metric; give a metric of yours its kernel by "
           "weighted_term{metric, 1, {}, kernel}");
-  return align_any<Model>(
-      source, target, options,
-      [&](const auto& moving, const auto& onto, const auto& initial, const auto& o) {
-        return align_with<Model>(moving, onto, metric, initial, o);
-      });
+  return align_any<Model>(source, target, options,
+                          [&](const auto& moving, const auto& onto, const auto& start) {
+                            return align_with<Model>(moving, onto, metric, start, options);
+                          });
 }
 
-/// The figures of `align` for any transform: how well the source lies on the target under it.
+/// The figures of `align` for any transform, of any scalar: how well the source lies on the target
+/// under it.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
-[[nodiscard]] alignment_fit evaluate(
-    const A& source, const B& target,
-    const typename Model::template transform<scalar_of<A>, dimension_of<A>>& transform,
-    align_options<typename Model::template transform<scalar_of<A>, dimension_of<A>>> options = {}) {
+[[nodiscard]] alignment_fit evaluate(const A& source, const B& target,
+                                     const any_transform& transform, align_options options = {}) {
   options.initial = transform;
   options.max_iterations = 0;
   if (options.scales.size() > 1)
@@ -316,13 +313,13 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
   extern template prepared_points<S, D> prepare(const align_input<S, D>&, double, bool,          \
                                                 const neighborhood_spec&, const execution&);     \
   extern template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
-      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,          \
-      const align_options<rigid_transform<S, D>>&, bool, bool,                                   \
+      const align_input<S, D>&, const align_input<S, D>&,                                        \
+      const align_start<rigid_transform<S, D>>&, const align_options&, bool, bool,               \
       const std::function<erased_estimator<rigid_transform<S, D>>(                               \
           const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);              \
   extern template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
-      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,         \
-      const align_options<affine_transform<S, D>>&, bool, bool,                                  \
+      const align_input<S, D>&, const align_input<S, D>&,                                        \
+      const align_start<affine_transform<S, D>>&, const align_options&, bool, bool,              \
       const std::function<erased_estimator<affine_transform<S, D>>(                              \
           const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
@@ -330,11 +327,11 @@ CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                   \
   extern template icp_result<rigid_transform<S, D>> align_by_options<rigid_motion, S, D>(   \
-      const align_input<S, D>&, const align_input<S, D>&, const rigid_transform<S, D>&,     \
-      const align_options<rigid_transform<S, D>>&);                                         \
+      const align_input<S, D>&, const align_input<S, D>&,                                   \
+      const align_start<rigid_transform<S, D>>&, const align_options&);                     \
   extern template icp_result<affine_transform<S, D>> align_by_options<affine_motion, S, D>( \
-      const align_input<S, D>&, const align_input<S, D>&, const affine_transform<S, D>&,    \
-      const align_options<affine_transform<S, D>>&);
+      const align_input<S, D>&, const align_input<S, D>&,                                   \
+      const align_start<affine_transform<S, D>>&, const align_options&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

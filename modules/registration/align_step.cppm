@@ -44,8 +44,7 @@ export template <class T, Scalar S, int D>
 /// `cancelled`.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> align_to(
-    point_cloud<S, D> cloud, const point_cloud<S, D>& target,
-    const std::type_identity_t<align_options<rigid_transform<S, D>>>& options = {},
+    point_cloud<S, D> cloud, const point_cloud<S, D>& target, const align_options& options = {},
     std::type_identity_t<icp_result<rigid_transform<S, D>>>* found = nullptr) {
   auto result = align(cloud, target, options);
   if (!found) {
@@ -65,16 +64,28 @@ export template <Scalar S, int D>
   return cloud;
 }
 
-/// As a step. Keeps a copy of the target, so that the step may be stored and used on many frames.
+/// As a step: see the function on clouds.
+export template <Scalar S, int D>
+struct align_to_step : pipeline_step {
+  point_cloud<S, D> target;
+  align_options options;
+  icp_result<rigid_transform<S, D>>* found;
+
+  static constexpr const char* name = "align_to";
+  align_to_step(point_cloud<S, D> onto, align_options how,
+                icp_result<rigid_transform<S, D>>* result)
+      : target(std::move(onto)), options(std::move(how)), found(result) {}
+  static step_reach reach() { return {.everything = true}; }
+  point_cloud<S, D> operator()(point_cloud<S, D> cloud) const {
+    return align_to(std::move(cloud), target, options, found);
+  }
+};
+/// Keeps a copy of the target, so that the step may be stored and used on many frames.
 export template <Scalar S, int D>
 [[nodiscard]] auto align_to(
-    point_cloud<S, D> target,
-    std::type_identity_t<align_options<rigid_transform<S, D>>> options = {},
+    point_cloud<S, D> target, align_options options = {},
     std::type_identity_t<icp_result<rigid_transform<S, D>>>* found = nullptr) {
-  return step{
-      [target = std::move(target), options = std::move(options), found](point_cloud<S, D> cloud) {
-        return align_to(std::move(cloud), target, options, found);
-      }};
+  return align_to_step<S, D>{std::move(target), std::move(options), found};
 }
 
 }  // namespace cilantro

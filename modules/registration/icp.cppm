@@ -137,15 +137,16 @@ export template <class Searcher, class E>
     return end_with(icp_status::cancelled);
   }
 }
-/// As above from where the points are.
+/// As above, from where the points are.
 export template <class Searcher, class E>
   requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
            TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>> &&
            requires(const E& estimator) {
              { estimator.identity() } -> std::same_as<typename E::transform_type>;
            }
-[[nodiscard]] auto icp(const Searcher& searcher, const E& estimator) {
-  return icp(searcher, estimator, estimator.identity());
+[[nodiscard]] auto icp(const Searcher& searcher, const E& estimator,
+                       const icp_options<typename E::transform_type>& options = {}) {
+  return icp(searcher, estimator, estimator.identity(), options);
 }
 
 }  // namespace cilantro

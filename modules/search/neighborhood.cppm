@@ -151,20 +151,26 @@ class neighborhoods {
   [[nodiscard]] index_t size() const { return std::ssize(offsets_) - 1; }
   [[nodiscard]] bool empty() const { return size() == 0; }
   /// The neighbours of query `q`. Precondition: 0 <= q < size().
-  [[nodiscard]] neighborhood<S> operator[](index_t q) const {
+  [[nodiscard]] neighborhood<S> operator[](index_t q) const [[clang::lifetimebound]] {
     const auto begin = static_cast<std::size_t>(offsets_[q]);
     const auto end = static_cast<std::size_t>(offsets_[static_cast<std::size_t>(q) + 1]);
     return {std::span{indices_}.subspan(begin, end - begin),
             std::span{distances_}.subspan(begin, end - begin)};
   }
-  [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
-  [[nodiscard]] auto end() const { return indexed_iterator{indexed_rows{this}, size()}; }
+  [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
+    return indexed_iterator{indexed_rows{this}, 0};
+  }
+  [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
 
   /// How many neighbours all queries have together.
   [[nodiscard]] index_t total() const { return offsets_.back(); }
-  [[nodiscard]] std::span<const index_t> offsets() const { return offsets_; }
-  [[nodiscard]] std::span<const std::int32_t> indices() const { return indices_; }
-  [[nodiscard]] std::span<const S> distances() const { return distances_; }
+  [[nodiscard]] std::span<const index_t> offsets() const [[clang::lifetimebound]] {
+    return offsets_;
+  }
+  [[nodiscard]] std::span<const std::int32_t> indices() const [[clang::lifetimebound]] {
+    return indices_;
+  }
+  [[nodiscard]] std::span<const S> distances() const [[clang::lifetimebound]] { return distances_; }
 
  private:
   std::vector<index_t> offsets_;

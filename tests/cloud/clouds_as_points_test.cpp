@@ -163,7 +163,7 @@ TEST_CASE("a type of the user's with normals registers as a cloud with normals d
   const auto source =
       transform(test::bumpy_surface<test::d3>(600, 3), test::random_rigid<test::d3>(1, 0.1, 0.1));
   const driver_scan onto = scan_of(target), moving = scan_of(source);
-  const align_options<Eigen::Isometry3d> options{.metric = symmetric{}, .max_distance = 0.8};
+  const align_options options{.metric = symmetric{}, .max_distance = 0.8};
   const auto found = align(moving, onto, options);
   CHECK(found.transform.matrix() == align(source, target, options).transform.matrix());
   CHECK(found.transform.matrix() !=

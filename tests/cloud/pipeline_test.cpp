@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
+#include <concepts>
 #include <cstdint>
 #include <ranges>
 #include <sstream>
@@ -26,6 +28,178 @@ point_cloud<float, 3> some_cloud(index_t count = 500, std::uint64_t seed = 1) {
 static_assert(StepFor<decltype([](point_cloud<float, 3> c) { return c; }), point_cloud<float, 3>>);
 static_assert(!StepFor<decltype([](int i) { return i; }), point_cloud<float, 3>>);
 static_assert(!StepFor<decltype([](auto c) { return c; }), int>);
+
+// Steps are values, and say for which clouds they are.
+using line_of_steps = decltype(remove_invalid() | voxel_downsample(0.1) |
+                               estimate_normals(knn{8}, minimum_covariance_determinant{}) |
+                               orient_to_viewpoint({0, 0, 1}) | write_ply("out.ply"));
+static_assert(std::copyable<line_of_steps>);
+static_assert(std::copyable<decltype(step{[big = std::array<int, 9>{}](auto c) { return c; }})>);
+static_assert(StepFor<line_of_steps, point_cloud<float, 3>&>);
+static_assert(StepFor<line_of_steps, point_cloud<double, 2>>);
+static_assert(!StepFor<line_of_steps, point_cloud<double, dynamic>>);  // No file holds them.
+static_assert(!StepFor<decltype(append(point_cloud<float, 3>{})), point_cloud<double, 3>>);
+static_assert(
+    ChoosingStep<decltype(remove_invalid() | take(3) | stride(2)), point_cloud<float, 3>>);
+static_assert(!ChoosingStep<line_of_steps, point_cloud<float, 3>>);
+
+namespace {
+
+// A cloud with all that a cloud can have, of which some points are not finite.
+point_cloud<float, 3> rich_cloud(index_t count = 500) {
+  auto cloud = estimate_normals(some_cloud(count), knn{6});
+  cloud.colors = Eigen::Matrix3Xf::Random(3, count).cwiseAbs();
+  cloud.set_attribute("id", std::views::iota(0, int(count)));
+  cloud.origin = {10, 20, 30};
+  for (index_t i = 0; i < count; i += 7) cloud.points(i % 3, i) = test::nan<float>;
+  return cloud;
+}
+
+}  // namespace
+
+TEST_CASE("steps that choose, in one pass, leave what they leave one after the other") {
+  const auto cloud = rich_cloud();
+  const auto a = remove_invalid();
+  const auto b = crop(box{.lower = {9.5, 19, 29}, .upper = {11, 21, 30.8}});
+  const auto c = select([](index_t i) { return i % 3 != 1; });
+  const auto d = stride(2);
+  const auto e = exclude(std::vector{0, 4});
+  const auto f = select(std::vector{5, 3, 3, 0});
+  const auto one_by_one = cloud | a | b | c | d | e;
+  CHECK((one_by_one.size() > 20 && one_by_one.size() < 200));
+  CHECK((cloud | (a | b | c | d | e)) == one_by_one);
+  CHECK((cloud | (a | b | c | d | e | f)) == (one_by_one | f));
+  CHECK((cloud | ((a | b) | (c | (d | e)))) == one_by_one);
+  auto copy = cloud;
+  CHECK((std::move(copy) | (a | b | c | d | e)) == one_by_one);
+  CHECK((cloud | (a | estimate_normals(knn{5}) | c | d | e)) ==
+        (cloud | a | estimate_normals(knn{5}) | c | d | e));
+  index_list removed, removed_alone;
+  const auto outliers = remove_statistical_outliers({.neighbors = 5, .deviations = 1}, &removed);
+  const auto rest = cloud | (a | d | outliers | take(50));
+  CHECK(rest == (cloud | a | d |
+                 remove_statistical_outliers({.neighbors = 5, .deviations = 1}, &removed_alone) |
+                 take(50)));
+  CHECK(removed == removed_alone);
+  CHECK((cloud | (a | farthest_point_sample(9) | random_sample(5, 3))) ==
+        (cloud | a | farthest_point_sample(9) | random_sample(5, 3)));
+}
+
+TEST_CASE("a temporary cloud that loses a few points keeps its memory") {
+  auto cloud = rich_cloud(1000);
+  const auto expected = remove_invalid(cloud);
+  const float* memory = cloud.points.data();
+  const auto result = std::move(cloud) | remove_invalid() | exclude(std::vector{1, 2, 3});
+  CHECK(result.points.data() == memory);
+  CHECK(result == exclude(expected, std::vector{1, 2, 3}));
+}
+
+TEST_CASE("a cloud is cropped in the world, by boxes, balls, half-spaces and predicates") {
+  auto cloud = rich_cloud();
+  const auto kept_by = [&](const auto& region, const auto& contains) {
+    const auto cropped = crop(cloud, region);
+    const auto others = remove_inside(cloud, region);
+    CHECK((cropped.size() > 10 && others.size() > 10));
+    index_t inside = 0, outside = 0;
+    for (index_t i = 0; i < cloud.size(); ++i) {
+      if (!is_finite(cloud.points.col(i))) continue;
+      const Eigen::Vector3d p = cloud.points.col(i).cast<double>() + cloud.origin;
+      if (contains(p))
+        CHECK(cropped.points.col(inside++) == cloud.points.col(i));
+      else
+        CHECK(others.points.col(outside++) == cloud.points.col(i));
+    }
+    CHECK((inside == cropped.size() && outside == others.size()));
+    CHECK((cloud | crop(region)) == cropped);
+  };
+  kept_by(box{.lower = {9, 20, 29}, .upper = {11, 21, 31}},
+          [](const auto& p) { return p.y() >= 20; });
+  kept_by(ball{.center = {10, 20, 30}, .radius = 0.9}, [](const auto& p) {
+    return (p - Eigen::Vector3d{10, 20, 30}).squaredNorm() <= 0.9 * 0.9;
+  });
+  kept_by(half_space{.normal = {0, 0, 2}, .offset = 60.5},
+          [](const auto& p) { return p.z() <= 30.25; });
+  kept_by(
+      half_spaces{{{.normal = {1, 0, 0}, .offset = 10.5}, {.normal = {-1, 0, 0}, .offset = -9.8}}},
+      [](const auto& p) { return p.x() <= 10.5 && p.x() >= 9.8; });
+  kept_by([](const Eigen::Vector3d& p) { return p.x() > 10.1; },
+          [](const auto& p) { return p.x() > 10.1; });
+}
+
+TEST_CASE("regions that make no sense for the points are refused") {
+  const auto cloud = some_cloud();
+  CHECK_THROWS_AS((void)crop(cloud, box{{0, 0}, {1, 1}}), invalid_input);
+  CHECK_THROWS_AS((void)crop(cloud, box{{0, 0, 0}, {1, -1, 1}}), invalid_input);
+  CHECK_THROWS_AS((void)crop(cloud, box{{0, 0, test::nan<double>}, {1, 1, 1}}), invalid_input);
+  CHECK_THROWS_AS((void)crop(cloud, ball{{0, 0}, 1}), invalid_input);
+  CHECK_THROWS_AS((void)crop(cloud, half_space{{0, 0, 0}, 1}), invalid_input);
+  CHECK_THROWS_AS((void)crop(cloud, half_space{{0, 1, 0}, test::nan<double>}), invalid_input);
+  CHECK_THROWS_AS((void)box({{0, 0}, {1, 1}}).contains(Eigen::Vector3d{0, 0, 0}), invalid_input);
+  CHECK_THROWS_AS((void)(cloud | take(-1)), invalid_input);
+  CHECK_THROWS_AS((void)(cloud | stride(0)), invalid_input);
+  CHECK(crop(cloud, half_spaces{}) == cloud);
+}
+
+TEST_CASE("choices work on points alone as they do on clouds") {
+  const auto cloud = rich_cloud();
+  const auto even = [](index_t i) { return i % 2 == 0; };
+  CHECK(select(cloud.points, std::vector{7, 8, 8}).rightCols(1) == cloud.points.col(8));
+  CHECK(remove_invalid(cloud.points) == remove_invalid(cloud).points);
+  const std::vector<Eigen::Vector2d> corners{{0, 0}, {1, 0}, {0, 1}, {1, 1}};
+  CHECK(select(corners, even) == (Eigen::Matrix2d{} << 0, 0, 0, 1).finished());
+  CHECK(exclude(corners, even) == (Eigen::Matrix2d{} << 1, 1, 0, 1).finished());
+  CHECK(crop(corners, ball{{0.0, 0.0}, 1}).cols() == 3);
+  CHECK_THROWS_AS((void)select(corners, std::vector{4}), invalid_input);
+}
+
+TEST_CASE("a step can be asked for its name, its needs and how far it looks") {
+  CHECK(name_of(remove_invalid() | voxel_downsample(0.1)) == "remove_invalid | voxel_downsample");
+  CHECK(name_of(crop(ball{{0, 0, 0}, 1})) == "crop");
+  CHECK(name_of(step{[](auto c) { return c; }}) == "step");
+  CHECK(needs_of(orient_to_viewpoint({0, 0, 1})).normals);
+  CHECK(!needs_of(estimate_normals(knn{8}) | orient_to_viewpoint({0, 0, 1})).normals);
+  CHECK(gives_of(remove_invalid() | estimate_normals(knn{8})).normals);
+  CHECK(reach_of(remove_invalid() | crop(ball{{0, 0, 0}, 1})) == step_reach{});
+  CHECK(
+      reach_of(estimate_normals(radius{0.2}) | remove_radius_outliers({.radius = 0.3}))->distance ==
+      doctest::Approx(0.5));
+  CHECK(reach_of(estimate_normals(knn{8}))->neighbors == 8);
+  CHECK(!reach_of(estimate_normals(knn{8}))->everything);
+  CHECK(reach_of(estimate_normals(knn{8}) | estimate_normals(knn{9}))->everything);
+  CHECK(reach_of(random_sample(3))->everything);
+  CHECK(!reach_of(step{[](auto c) { return c; }}).has_value());
+  CHECK(!reach_of(remove_invalid() | [](auto c) { return c; }).has_value());
+}
+
+TEST_CASE("a line says before it begins that the cloud lacks what it needs") {
+  int begun = 0;
+  const auto note = [&](auto cloud) {
+    ++begun;
+    return cloud;
+  };
+  const auto line = remove_invalid() | note | orient_to_viewpoint({0, 0, 1});
+  CHECK_THROWS_AS((void)(some_cloud() | line), invalid_input);
+  CHECK(begun == 0);
+  CHECK((rich_cloud() | line).has_normals());
+  CHECK((point_cloud<float, 3>{} | line).empty());
+}
+
+TEST_CASE("a stored step can be replaced by another of its kind") {
+  auto prepare = remove_invalid() | voxel_downsample(0.2);
+  const auto cloud = some_cloud();
+  const auto coarse = cloud | prepare;
+  prepare = remove_invalid() | voxel_downsample(0.5);
+  CHECK((cloud | prepare).size() < coarse.size());
+  const auto shift_by = [](float x) {
+    return step{[x](auto c) {
+      c.points.array() += x;
+      return c;
+    }};
+  };
+  auto shift = shift_by(1);
+  shift = shift_by(2);
+  CHECK((cloud | shift).points(0, 0) == cloud.points(0, 0) + 2);
+}
 
 TEST_CASE("a piped step is the function of the same name") {
   const auto cloud = some_cloud();
@@ -145,6 +319,18 @@ TEST_CASE_TEMPLATE(
   CHECK(size_after(matrix::Constant(T::dimension, 50, S(0.55))) == 1);
   CHECK(size_after(matrix::Constant(T::dimension, 50, test::nan<S>)) == 0);
   CHECK(size_after(matrix::Constant(T::dimension, 50, -test::infinity<S>)) == 0);
+}
+
+TEST_CASE("a report of each step of a line has their names") {
+  pipeline_report report;
+  const auto line = remove_invalid() | voxel_downsample(0.5) | take(3);
+  const auto cloud = rich_cloud(70);
+  CHECK((cloud | report_each(report, line)) == (cloud | line));
+  REQUIRE(report.stages().size() == 4);
+  CHECK(report.stages()[0].name == "input");
+  CHECK((report.stages()[1].name == "remove_invalid" && report.stages()[1].points_out == 60));
+  CHECK(report.stages()[2].name == "voxel_downsample");
+  CHECK((report.stages()[3].name == "take" && report.stages()[3].points_out == 3));
 }
 
 TEST_CASE("a report has a line a stage, with the points that went in and out") {

@@ -106,12 +106,12 @@ TEST_CASE("sizes and seeds choose among the components") {
     return connected_components(points, radius{0.2}, always_similar{}, options).sizes();
   };
   CHECK(sizes({}) == std::vector<index_t>{5, 3, 1});
-  CHECK(sizes({.min_size = 2}) == std::vector<index_t>{5, 3});
-  CHECK(sizes({.min_size = 2, .max_size = 3}) == std::vector<index_t>{3});
+  CHECK(sizes({.min_cluster_size = 2}) == std::vector<index_t>{5, 3});
+  CHECK(sizes({.min_cluster_size = 2, .max_cluster_size = 3}) == std::vector<index_t>{3});
   CHECK(sizes({.seeds = {{6, 7, 8}}}) == std::vector<index_t>{3, 1});
   CHECK(sizes({.seeds = std::vector<index_t>{}}).empty());
   CHECK_THROWS_AS((void)sizes({.seeds = {{9}}}), invalid_input);
-  CHECK_THROWS_AS((void)sizes({.min_size = -1}), invalid_input);
+  CHECK_THROWS_AS((void)sizes({.min_cluster_size = -1}), invalid_input);
 }
 
 TEST_CASE("no points, one point, equal points and points that are not finite have components") {

@@ -108,7 +108,7 @@ TEST_CASE("the classes of labelled sets are found by the algorithms that suit th
         best_of(data.points.cols() > 2000 ? 10 : 5, 10, 3, data,
                 [&](double k) -> clusters {
                   return spectral_clustering(affinity(data.points, index_t(k)),
-                                             {.clusters = data.classes, .restarts = 30});
+                                             {.clusters = data.classes, .kmeans_restarts = 30});
                 }),
         best_of(near / 2, 8 * near, 40, data,
                 [&](double r) -> clusters { return dbscan(data.points, {.radius = r}); }),

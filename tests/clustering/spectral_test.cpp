@@ -144,7 +144,7 @@ TEST_CASE("an eigensolver that gives up is a status, and no cluster is made up")
     if (i + 1 < n) path.insertBackByOuterInner(i, i + 1) = 1;
   }
   path.finalize();
-  const auto found = spectral_clustering(path, {.clusters = 3, .max_restarts = 2});
+  const auto found = spectral_clustering(path, {.clusters = 3, .max_solver_restarts = 2});
   CHECK(!found.converged);
   CHECK(found.empty());
   CHECK(found.unlabeled() == n);

@@ -67,7 +67,7 @@ TEST_CASE("a family that breaks its contract is told so") {
     using model_type = model;
     static index_t size() { return 10; }
     static index_t sample_size() { return 2; }
-    static std::optional<model> fit(std::span<const index_t> indices) {
+    static std::optional<model> fit(std::span<const std::int32_t> indices) {
       return model{double(indices.size())};
     }
     static double residual(const model&, index_t i) { return double(i) - 5; }

@@ -145,8 +145,7 @@ TEST_CASE("the table of a scene is its plane, and what stands on it are its comp
     for (index_t i = 0; i < cloud.size(); ++i)
       if (rest(i)) above.push_back(i);
     const auto objects = select(cloud, above);
-    const auto parts =
-        connected_components(objects, radius{0.01}, always_similar{}, {.min_size = 300});
+    const auto parts = connected_components(objects, radius{0.01}, {.min_cluster_size = 300});
     double sum = 0;
     for (const auto& [label, members] : truth) {
       double best = label == 1 ? overlap(members, plane->inliers) : 0;

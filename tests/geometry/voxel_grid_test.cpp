@@ -126,10 +126,10 @@ TEST_CASE_TEMPLATE("far from the origin a mean stays within its cell", S, float,
 
 TEST_CASE("cells with too few points are left out") {
   const Eigen::Matrix2Xd points{{0.1, 0.2, 0.3, 1.5, 5.5, 5.6}, {0, 0, 0, 0, 0, 0}};
-  CHECK(voxel_downsample(points, 1, {.min_points = 2}).cols() == 2);
-  CHECK(voxel_downsample(points, 1, {.min_points = 3})(0, 0) == doctest::Approx(0.2));
-  CHECK(voxel_downsample(points, 1, {.min_points = 7}).cols() == 0);
-  CHECK(voxel_downsample(points, 1, {.min_points = 0}).cols() == 3);
+  CHECK(voxel_downsample(points, 1, {.min_points_per_cell = 2}).cols() == 2);
+  CHECK(voxel_downsample(points, 1, {.min_points_per_cell = 3})(0, 0) == doctest::Approx(0.2));
+  CHECK(voxel_downsample(points, 1, {.min_points_per_cell = 7}).cols() == 0);
+  CHECK(voxel_downsample(points, 1, {.min_points_per_cell = 0}).cols() == 3);
 }
 
 TEST_CASE("negative coordinates have cells of their own: a cell never spans the origin") {
@@ -183,7 +183,7 @@ TEST_CASE("edges and counts that cannot be are refused") {
     CHECK_THROWS_AS((void)voxel_downsample(points, edge), invalid_input);
   CHECK_THROWS_AS((void)voxel_downsample(points, {{1, 1}}), invalid_input);
   CHECK_THROWS_AS((void)voxel_downsample(points, {{1, 0, 1}}), invalid_input);
-  CHECK_THROWS_AS((void)voxel_downsample(points, 1, {.min_points = -1}), invalid_input);
+  CHECK_THROWS_AS((void)voxel_downsample(points, 1, {.min_points_per_cell = -1}), invalid_input);
 }
 
 TEST_CASE("a mean ignores values that are not finite, and a direction those that are unknown") {
@@ -240,6 +240,6 @@ TEST_CASE_TEMPLATE(
     }
     index_t large = 0;
     for (const auto& [cell, members] : cells) large += members.size() >= 4;
-    CHECK(voxel_grid{points, edge, {.min_points = 4}}.size() == large);
+    CHECK(voxel_grid{points, edge, {.min_points_per_cell = 4}}.size() == large);
   }
 }

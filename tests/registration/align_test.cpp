@@ -139,7 +139,7 @@ TEST_CASE("a robust kernel keeps what does not belong from pulling") {
   auto spoiled = source;
   for (index_t i = 0; i < spoiled.size(); i += 5)
     spoiled.points.col(i) += Eigen::Vector3d{0, 0, 0.25};
-  const align_options<Eigen::Isometry3d> plain{.max_distance = 0.8, .max_iterations = 60};
+  const align_options plain{.max_distance = 0.8, .max_iterations = 60};
   auto robust = plain;
   robust.robust = tukey{0.1};
   auto trimmed = plain;
@@ -327,7 +327,7 @@ TEST_CASE("generalized ICP moves on where normals disagree by a radian") {
     for (int axis = 0; axis < 3; ++axis) {
       const auto source = transform(
           target, Eigen::Isometry3d{Eigen::AngleAxisd{angle, Eigen::Vector3d::Unit(axis)}});
-      align_options<Eigen::Isometry3d> options{
+      align_options options{
           .metric = generalized_icp{}, .max_distance = 0.5, .max_iterations = 100};
       const auto found = align(source, target, options);
       options.solver.min_eigenvalue = 0;

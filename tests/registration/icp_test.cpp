@@ -219,7 +219,7 @@ TEST_CASE_TEMPLATE("points that are not finite change nothing but a count", S, f
   for (const metric_choice& metric : {metric_choice{point_to_plane{}},
                                       metric_choice{point_to_point{}}, metric_choice{symmetric{}}})
     for (const auto direction_is_both : {false, true}) {
-      const align_options<rigid_transform<S, 3>> options{
+      const align_options options{
           .metric = metric, .max_distance = 1, .reciprocal = direction_is_both};
       const auto clean = align(source, target, options);
       CHECK(clean.converged());

@@ -241,7 +241,9 @@ TEST_CASE("wrong arguments are refused: clusters and embeddings") {
       {"pair_matrix", [&] { (void)pair_matrix(graph, similar_normals{few_normals, 0.1}); }},
       {"connected_components, graph", [&] { (void)connected_components(queries); }},
       {"connected_components, size",
-       [&] { (void)connected_components(points, knn{2}, always_similar{}, {.min_size = -1}); }},
+       [&] {
+         (void)connected_components(points, knn{2}, always_similar{}, {.min_cluster_size = -1});
+       }},
       {"dbscan, radius", [&] { (void)dbscan(points, {.radius = nan, .min_points = 3}); }},
       {"dbscan, count", [&] { (void)dbscan(points, {.radius = 1, .min_points = 0}); }},
       {"dbscan, searcher",

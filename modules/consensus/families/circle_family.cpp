@@ -7,7 +7,8 @@ module cilantro.consensus;
 namespace cilantro {
 
 template <Scalar S>
-std::optional<circle_model> fit_circle(points_view<S, 3> points, std::span<const index_t> indices,
+std::optional<circle_model> fit_circle(points_view<S, 3> points,
+                                       std::span<const std::int32_t> indices,
                                        const circle_limits& limits) {
   const auto plane = fit_hyperplane(points, indices, {limits.normal});
   const auto data = gather_points(points, indices);
@@ -22,9 +23,11 @@ std::optional<circle_model> fit_circle(points_view<S, 3> points, std::span<const
   const Eigen::Vector3d center = data->origin + basis * found->center;
   return circle_model{plane->project(center), normal, found->radius};
 }
-template std::optional<circle_model> fit_circle(points_view<float, 3>, std::span<const index_t>,
+template std::optional<circle_model> fit_circle(points_view<float, 3>,
+                                                std::span<const std::int32_t>,
                                                 const circle_limits&);
-template std::optional<circle_model> fit_circle(points_view<double, 3>, std::span<const index_t>,
+template std::optional<circle_model> fit_circle(points_view<double, 3>,
+                                                std::span<const std::int32_t>,
                                                 const circle_limits&);
 
 }  // namespace cilantro

@@ -15,7 +15,8 @@ export struct circle_limits {
 };
 
 template <Scalar S>
-std::optional<circle_model> fit_circle(points_view<S, 3> points, std::span<const index_t> indices,
+std::optional<circle_model> fit_circle(points_view<S, 3> points,
+                                       std::span<const std::int32_t> indices,
                                        const circle_limits& limits);
 
 /// Circles through points in 3D: three points are a sample, degenerate if they lie on a line. More
@@ -37,7 +38,7 @@ class circle_family {
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return 3; }
-  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+  [[nodiscard]] std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     return fit_circle(points_, indices, limits_);
   }
   [[nodiscard]] double residual(const model_type& model, index_t i) const {

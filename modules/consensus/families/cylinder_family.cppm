@@ -55,7 +55,7 @@ class cylinder_family {
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return 2; }
-  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+  [[nodiscard]] std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     if (indices.size() < 2) return std::nullopt;
     index_t first = indices[0], other = indices[1];
     if (indices.size() > 2) {

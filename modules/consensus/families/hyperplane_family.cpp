@@ -16,7 +16,7 @@ namespace cilantro {
 
 template <Scalar S, int D>
 std::optional<hyperplane_model<dynamic>> fit_hyperplane(points_view<S, D> points,
-                                                        std::span<const index_t> indices,
+                                                        std::span<const std::int32_t> indices,
                                                         const hyperplane_limits& limits) {
   const index_t d = points.dimension();
   if (d < 1 || std::ssize(indices) < d) return std::nullopt;
@@ -131,7 +131,7 @@ void score_hyperplanes(const coordinate_rows<S>& points, std::span<const plane_i
 #define CILANTRO_INSTANTIATE(S, D)                                  \
   template coordinate_rows<S> rows_of(points_view<S, D>);           \
   template std::optional<hyperplane_model<dynamic>> fit_hyperplane( \
-      points_view<S, D>, std::span<const index_t>, const hyperplane_limits&);
+      points_view<S, D>, std::span<const std::int32_t>, const hyperplane_limits&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 template void hyperplane_residuals(const coordinate_rows<float>&,

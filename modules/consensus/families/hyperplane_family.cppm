@@ -18,7 +18,7 @@ export struct hyperplane_limits {
 /// squares.
 template <Scalar S, int D>
 std::optional<hyperplane_model<dynamic>> fit_hyperplane(points_view<S, D> points,
-                                                        std::span<const index_t> indices,
+                                                        std::span<const std::int32_t> indices,
                                                         const hyperplane_limits& limits);
 
 /// The coordinates of all points, one row each, relative to the first finite point: as vectors of
@@ -69,7 +69,7 @@ class hyperplane_family {
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return std::max<index_t>(points_.dimension(), 1); }
-  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+  [[nodiscard]] std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     const auto found = fit_hyperplane<S, closed>(points_, indices, limits_);
     if (!found) return std::nullopt;
     return model_type{found->normal, found->offset};

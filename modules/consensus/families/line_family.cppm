@@ -34,7 +34,7 @@ class line_family {
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return 2; }
-  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+  [[nodiscard]] std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     if (indices.size() < 2) return std::nullopt;
     const auto found = fit_line(frame_of<S, closed_dimension<D>>(points_, indices), limits_);
     if (!found) return std::nullopt;

@@ -37,7 +37,7 @@ class sphere_family {
 
   [[nodiscard]] index_t size() const { return points_.size(); }
   [[nodiscard]] index_t sample_size() const { return points_.dimension() + 1; }
-  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+  [[nodiscard]] std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     const auto found = fit_sphere(gather_points<S, closed_dimension<D>>(points_, indices),
                                   negligible_ratio<S>, limits_);
     if (!found) return std::nullopt;

@@ -39,8 +39,8 @@ class transform_family {
 
   /// Pair i is of source point `sources[i]` and target point `targets[i]`, or if both are empty of
   /// the i-th of each.
-  transform_family(points_view<S, D> source, points_view<S, D> target,
-                   std::vector<index_t> sources = {}, std::vector<index_t> targets = {})
+  transform_family(points_view<S, D> source, points_view<S, D> target, index_list sources = {},
+                   index_list targets = {})
       : target_{target},
         source_{source},
         targets_{std::move(targets)},
@@ -64,7 +64,7 @@ class transform_family {
     if constexpr (Kind == transform_kind::affine) return d + 1;
     return std::max<index_t>(d, Kind == transform_kind::rigid ? 1 : 2);
   }
-  [[nodiscard]] std::optional<model_type> fit(std::span<const index_t> indices) const {
+  [[nodiscard]] std::optional<model_type> fit(std::span<const std::int32_t> indices) const {
     const auto found = fit_transform(
         Kind, gather_points<S, closed>(source_, chosen(sources_, indices)),
         gather_points<S, closed>(target_, chosen(targets_, indices)), negligible_ratio<S>);
@@ -81,16 +81,15 @@ class transform_family {
  private:
   static constexpr int closed = closed_dimension<D>;
 
-  static std::vector<index_t> chosen(const std::vector<index_t>& all,
-                                     std::span<const index_t> indices) {
-    std::vector<index_t> some(indices.begin(), indices.end());
+  static index_list chosen(const index_list& all, std::span<const std::int32_t> indices) {
+    index_list some(indices.begin(), indices.end());
     if (!all.empty())
-      for (index_t& i : some) i = all[i];
+      for (auto& i : some) i = all[i];
     return some;
   }
 
   points_view<S, D> target_, source_;
-  std::vector<index_t> targets_, sources_;
+  index_list targets_, sources_;
 };
 
 template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q>
@@ -111,10 +110,10 @@ template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q, PairRange R>
 [[nodiscard]] auto transforms_between(P&& source, Q&& target, const R& pairs) {
   expect_same_origin(source, target, "transform_family");
   using view = points_view_of<P>;
-  std::vector<index_t> targets, sources;
+  index_list targets, sources;
   for (const auto& pair : pairs) {
-    targets.push_back(index_t(pair.target));
-    sources.push_back(index_t(pair.source));
+    targets.push_back(static_cast<std::int32_t>(pair.target));
+    sources.push_back(static_cast<std::int32_t>(pair.source));
   }
   // No pairs at all are no reason to take all points instead.
   const bool none = targets.empty();

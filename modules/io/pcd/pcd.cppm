@@ -53,13 +53,22 @@ export template <Scalar S, int D>
 void write_pcd(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
                const pcd_write_options& options = {});
 
+struct write_pcd_tap {
+  std::filesystem::path path;
+  pcd_write_options options;
+
+  static constexpr const char* name = "write_pcd";
+  static step_reach reach() { return {.everything = true}; }
+  template <Scalar S, int D>
+    requires(D == 2 || D == 3)
+  void look(const point_cloud<S, D>& cloud) const {
+    write_pcd(cloud, path, options);
+  }
+};
 /// Writes the cloud to `path` and hands it on.
 export [[nodiscard]] inline auto write_pcd(std::filesystem::path path,
                                            pcd_write_options options = {}) {
-  return step{[path = std::move(path), options = std::move(options)]<PointCloud C>(C&& cloud) -> C {
-    write_pcd(cloud, path, options);
-    return std::forward<C>(cloud);
-  }};
+  return tap_step{write_pcd_tap{std::move(path), std::move(options)}};
 }
 
 }  // namespace cilantro

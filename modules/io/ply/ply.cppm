@@ -55,13 +55,22 @@ export template <Scalar S, int D>
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
                const ply_write_options& options = {});
 
+struct write_ply_tap {
+  std::filesystem::path path;
+  ply_write_options options;
+
+  static constexpr const char* name = "write_ply";
+  static step_reach reach() { return {.everything = true}; }
+  template <Scalar S, int D>
+    requires(D == 2 || D == 3)
+  void look(const point_cloud<S, D>& cloud) const {
+    write_ply(cloud, path, options);
+  }
+};
 /// Writes the cloud to `path` and hands it on.
 export [[nodiscard]] inline auto write_ply(std::filesystem::path path,
                                            ply_write_options options = {}) {
-  return step{[path = std::move(path), options = std::move(options)]<PointCloud C>(C&& cloud) -> C {
-    write_ply(cloud, path, options);
-    return std::forward<C>(cloud);
-  }};
+  return tap_step{write_ply_tap{std::move(path), std::move(options)}};
 }
 
 }  // namespace cilantro

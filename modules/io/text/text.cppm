@@ -80,13 +80,22 @@ export template <Scalar S>
 void write_pts(const point_cloud<S, 3>& cloud, const std::filesystem::path& path,
                const task_monitor& monitor = {});
 
+struct write_text_tap {
+  std::filesystem::path path;
+  text_write_options options;
+
+  static constexpr const char* name = "write_text";
+  static step_reach reach() { return {.everything = true}; }
+  template <Scalar S, int D>
+    requires(D == 2 || D == 3)
+  void look(const point_cloud<S, D>& cloud) const {
+    write_text(cloud, path, options);
+  }
+};
 /// Writes the cloud to `path` and hands it on.
 export [[nodiscard]] inline auto write_text(std::filesystem::path path,
                                             text_write_options options = {}) {
-  return step{[path = std::move(path), options = std::move(options)]<PointCloud C>(C&& cloud) -> C {
-    write_text(cloud, path, options);
-    return std::forward<C>(cloud);
-  }};
+  return tap_step{write_text_tap{std::move(path), std::move(options)}};
 }
 
 }  // namespace cilantro

@@ -82,8 +82,7 @@ template <class Metric, Scalar S, int D>
 /// What a transform of a model does to normals, if the metric asks for that of the source.
 template <class Metric, MotionModel Model, int D>
 [[nodiscard]] Eigen::Matrix<double, D, D> turn_of(const affine_parts<double, D>& current) {
-  if constexpr (!needs_source_normals<Metric> ||
-                RigidMap<typename Model::template transform<double, D>>)
+  if constexpr (!needs_source_normals<Metric> || RigidMap<transform_of<Model, double, D>>)
     return current.linear;
   else
     return checked_inverse(current.linear,
@@ -198,7 +197,7 @@ export template <Scalar S, int D, class Metric = point_to_plane, MotionModel Mod
   requires RegistrationMetric<Metric, closed_dimension<D>>
 class least_squares_estimator {
  public:
-  using transform_type = typename Model::template transform<S, D>;
+  using transform_type = transform_of<Model, S, D>;
 
   /// Throws `invalid_input` if the metric needs normals that a surface has not, or that are not of
   /// unit length, or for surfaces of different dimension.

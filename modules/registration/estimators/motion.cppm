@@ -31,6 +31,10 @@ concept MotionModel =
       { model.step(vector, dimension) } -> std::same_as<motion_step>;
     };
 
+/// The type of transform that a motion yields.
+export template <MotionModel Motion, Scalar S, int D>
+using transform_of = typename Motion::template transform<S, D>;
+
 /// Rotation and translation in any dimension. The unknowns are rotations in radians, in 3D about x,
 /// y and z, otherwise from axis a to axis b in the order of (a, b), a < b; then the translation.
 ///

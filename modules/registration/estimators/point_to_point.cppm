@@ -81,7 +81,7 @@ export template <Scalar S, int D, class Model = rigid_motion,
   requires std::same_as<Model, rigid_motion> || std::same_as<Model, affine_motion>
 class point_to_point_estimator {
  public:
-  using transform_type = typename Model::template transform<S, D>;
+  using transform_type = transform_of<Model, S, D>;
 
   /// Throws `invalid_input` for surfaces of different dimension.
   template <BorrowedPoints T, BorrowedPoints P>

@@ -77,7 +77,9 @@ class joint_features {
     take(described_points{as_points(target), normals_in(target), colors_in(target)});
   }
 
-  [[nodiscard]] points_view<S, dynamic> target() const { return as_points(features_); }
+  [[nodiscard]] points_view<S, dynamic> target() const [[clang::lifetimebound]] {
+    return as_points(features_);
+  }
   [[nodiscard]] index_t source_size() const { return source_.points.size(); }
   /// Keeps the map by reference. Throws `invalid_input` for one of another dimension or number of
   /// points, and for one that does not say what becomes of normals, where they have a weight.

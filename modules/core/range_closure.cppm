@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <version>
+#if defined(__cpp_lib_ranges) && __cpp_lib_ranges >= 202202L
+#define CILANTRO_STANDARD_CLOSURES
+#endif
+export module cilantro.core:range_closure;
+
+import cilantro.standard;
+
+namespace cilantro {
+
+#ifdef CILANTRO_STANDARD_CLOSURES
+
+/// A function of a range, to stand behind `|`: `range | closure` is `closure(range)`, and
+/// `closure | other` is both, one after the other. An adaptor closure as those of the standard
+/// library, so that they go together: `each(f) | std::views::take(3)`.
+export template <class F>
+struct range_closure : std::ranges::range_adaptor_closure<range_closure<F>> {
+  F function;
+
+  constexpr explicit range_closure(F f) : function(std::move(f)) {}
+  template <std::ranges::range R>
+    requires std::invocable<const F&, R>
+  constexpr decltype(auto) operator()(R&& range) const {
+    return std::invoke(function, std::forward<R>(range));
+  }
+};
+
+#else
+
+export template <class F>
+struct range_closure;
+template <class T>
+inline constexpr bool is_range_closure = false;
+template <class F>
+inline constexpr bool is_range_closure<range_closure<F>> = true;
+
+/// A function of a range, to stand behind `|`: `range | closure` is `closure(range)`, and
+/// `closure | other` is both, one after the other, where `other` is a closure of this kind or of
+/// `std::views`: `each(f) | std::views::take(3)`.
+template <class F>
+struct range_closure {
+  F function;
+
+  constexpr explicit range_closure(F f) : function(std::move(f)) {}
+  template <std::ranges::range R>
+    requires std::invocable<const F&, R>
+  constexpr decltype(auto) operator()(R&& range) const {
+    return std::invoke(function, std::forward<R>(range));
+  }
+
+  template <std::ranges::range R>
+    requires std::invocable<const F&, R>
+  friend constexpr decltype(auto) operator|(R&& range, const range_closure& closure) {
+    return closure(std::forward<R>(range));
+  }
+  template <class G>
+    requires std::is_class_v<G> && (!std::ranges::range<G>)
+  friend constexpr auto operator|(range_closure first, G second) {
+    return compose(std::move(first), std::move(second));
+  }
+  template <class G>
+    requires std::is_class_v<G> && (!std::ranges::range<G>) && (!is_range_closure<G>)
+  friend constexpr auto operator|(G first, range_closure second) {
+    return compose(std::move(first), std::move(second));
+  }
+
+ private:
+  template <class A, class B>
+  static constexpr auto compose(A first, B second) {
+    auto both = [first = std::move(first), second = std::move(second)]<class R>(
+                    R&& range) -> decltype(std::forward<R>(range) | first | second) {
+      return std::forward<R>(range) | first | second;
+    };
+    return range_closure<decltype(both)>{std::move(both)};
+  }
+};
+
+#endif
+
+}  // namespace cilantro

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+//
+// Parts of space, by what they contain.
+export module cilantro.geometry:region;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// A part of space of dimension D: a struct with `contains(point)`, or a predicate, of a point in
+/// double in the coordinates of the world.
+///
+/// Semantics: pure, and called from several threads at once. A point that is not finite is never
+/// asked for. Optional: `check(dimension)` throws `invalid_input` for a region that makes no sense,
+/// or not for points of that dimension; it is called once, before `contains`.
+/// Models: `box`, `ball`, `half_space`, `half_spaces`; a lambda.
+export template <class R, int D>
+concept Region = requires(const R& region, const point_vector<double, D>& point) {
+  { region.contains(point) } -> std::convertible_to<bool>;
+} || std::predicate<const R&, const point_vector<double, D>&>;
+
+/// Whether `region` contains `point`.
+export template <int D, Region<D> R>
+[[nodiscard]] bool is_inside(const R& region, const point_vector<double, D>& point) {
+  if constexpr (requires { region.contains(point); })
+    return region.contains(point);
+  else
+    return std::invoke(region, point);
+}
+
+/// The points from one corner to the opposite one, both included. Any dimension:
+/// `box{.lower = {0, 0, 0}, .upper = {1, 1, 2}}`.
+export struct box {
+  coordinates lower, upper;
+
+  /// Throws `invalid_input` for corners of another dimension, for NaN, and unless `lower` is at
+  /// most `upper` in each coordinate.
+  void check(index_t dimension) const {
+    expects(lower.size() == dimension && upper.size() == dimension,
+            "box: the corners must have the dimension of the points");
+    for (index_t d = 0; d < dimension; ++d)
+      expects(lower[d] <= upper[d], "box: lower must be at most upper in each coordinate");
+  }
+  template <class P>
+  [[nodiscard]] bool contains(const P& point) const {
+    expect_coordinates(point.size(), lower.size());
+    for (index_t d = 0; d < point.size(); ++d)
+      if (!(lower[d] <= point[d] && point[d] <= upper[d])) return false;
+    return true;
+  }
+};
+
+/// The points within a distance of a place, that distance included.
+export struct ball {
+  coordinates center;
+  positive radius;
+
+  /// Throws `invalid_input` for a centre of another dimension.
+  void check(index_t dimension) const {
+    expects(center.size() == dimension, "ball: the center must have the dimension of the points");
+  }
+  template <class P>
+  [[nodiscard]] bool contains(const P& point) const {
+    expect_coordinates(point.size(), center.size());
+    double sum = 0;
+    for (index_t d = 0; d < point.size(); ++d)
+      sum += (point[d] - center[d]) * (point[d] - center[d]);
+    return sum <= radius * radius;
+  }
+};
+
+/// The points p with normal · p <= offset.
+export struct half_space {
+  coordinates normal;  ///< Of any length but 0; it points out of the half-space.
+  double offset;
+
+  /// Throws `invalid_input` for a normal of another dimension or of zeros, and for NaN.
+  void check(index_t dimension) const {
+    expects(normal.size() == dimension,
+            "half_space: the normal must have the dimension of the points");
+    double sum = 0;
+    for (index_t d = 0; d < dimension; ++d) sum += std::abs(normal[d]);
+    expects(sum > 0 && std::isfinite(sum) && !std::isnan(offset),
+            "half_space: normal and offset must be numbers, and the normal not zero");
+  }
+  template <class P>
+  [[nodiscard]] bool contains(const P& point) const {
+    expect_coordinates(point.size(), normal.size());
+    double sum = 0;
+    for (index_t d = 0; d < point.size(); ++d) sum += normal[d] * point[d];
+    return sum <= offset;
+  }
+};
+
+/// The points in all of some half-spaces, as in a convex polytope; all of space if there are none.
+export struct half_spaces {
+  std::vector<half_space> all;
+
+  void check(index_t dimension) const {
+    for (const auto& one : all) one.check(dimension);
+  }
+  template <class P>
+  [[nodiscard]] bool contains(const P& point) const {
+    return std::ranges::all_of(all, [&](const auto& one) { return one.contains(point); });
+  }
+};
+
+}  // namespace cilantro

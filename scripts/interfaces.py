@@ -5,6 +5,7 @@ It is no compiler: it counts on `export` before each declaration or block, and o
 """
 import pathlib
 import re
+import textwrap
 from dataclasses import dataclass, field
 
 # What may hold brackets that mean nothing: comments, literals, and what the preprocessor reads.
@@ -15,7 +16,7 @@ CLOSING = {"(": ")", "[": "]", "{": "}", "<": ">"}
 
 @dataclass
 class Declaration:
-    kind: str      # concept, class, enum, alias, function, guide, variable or enumerator
+    kind: str      # concept, class, enum, alias, function, guide, constant, variable or enumerator
     name: str
     code: str      # Without its body.
     line: int
@@ -103,25 +104,21 @@ def kind_and_name(bare):
         else:
             i += 1
     found = re.search(r"(\w+)\s*$", bare[:i])
-    return "variable", found[1] if found else ""
+    return ("constant" if re.search(r"\bconstexpr\b", bare[:i]) else "variable"), found[1] if found else ""
 
 
-def shown(code):
-    """A declaration as a reader needs it, without what is said to the compiler alone."""
+def shown(code, column):
+    """A declaration that began at `column`, without what is said to the compiler alone."""
     lines, shift = [], 0
-    for line in code.rstrip(" \n;,").split("\n"):
+    for line in textwrap.dedent(" " * column + code.rstrip(" \n;,")).split("\n"):
         # What was aligned with a bracket stays so.
         indent = len(line) - len(line.lstrip())
-        line = line[min(shift, max(0, indent - 4)):]
-        short = re.sub(r"\bexport |\[\[nodiscard\]\] ?|\[\[clang::lifetimebound\]\] ?|\binline |\s*// NOLINT.*", "", line)
-        shift = len(line) - len(short) if "(" in short else shift
-        if short.strip():
-            lines.append(short.rstrip())
-    indent = min(len(line) - len(line.lstrip()) for line in lines)
-    # The first line begins where the declaration does, the others where the file has them.
-    rest = [line for line in lines[1:]]
-    outer = min([len(line) - len(line.lstrip()) for line in rest], default=0)
-    return "\n".join([lines[0].strip()] + [line[indent:] for line in rest]) if outer or not rest else "\n".join(lines)
+        line = line[shift if indent >= shift + 4 else 0:]
+        short = re.sub(r"^(\s*)(?:(?:export|inline|\[\[nodiscard\]\])(?: |$))+", r"\1", line)
+        shift = len(line) - len(short) if "(" in short and len(short) < len(line) else shift
+        short = re.sub(r" \[\[clang::lifetimebound\]\]|\s*//.*", "", short)
+        lines += [short.rstrip()] if short.strip() else []
+    return "\n".join(lines)
 
 
 class Scope:
@@ -182,6 +179,7 @@ class Scope:
                 continue
             start = i
             i, cut = self.item_end(start, end, terminator)
+            i = start + len(self.bare[start:i].rstrip())
             line = self.text.count("\n", 0, start) + 1
             comment = self.comment_above(start) or self.comment_behind(i)
             is_beneath = line == last_line + 1
@@ -193,11 +191,14 @@ class Scope:
                 continue
             kind, name = ("enumerator", re.match(r"\w+", bare)[0]) if terminator == "," else kind_and_name(bare)
             code = self.text[start:cut if cut and kind in ("class", "enum", "function", "guide") else i]
-            one = Declaration(kind, name, shown(code), line, "\n".join(comment), is_beneath)
+            column = start - self.text.rfind("\n", 0, start) - 1
+            one = Declaration(kind, name, shown(code, column), line, "\n".join(comment), is_beneath)
             if cut and kind in ("class", "enum"):
                 is_class = kind == "class" and re.match(r"class\b", without_heads(bare))
                 one.members = self.read(cut + 1, behind(self.bare, cut) - 1, True, not is_class,
                                         "," if kind == "enum" else ";")
+            if kind == "enum":
+                one.code += " { " + ", ".join(m.code for m in one.members) + " }"
             found.append(one)
 
 

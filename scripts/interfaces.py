@@ -86,7 +86,7 @@ def without_heads(bare):
 def kind_and_name(bare):
     bare = without_heads(bare)
     for kind, pattern in (("concept", r"concept\s+(\w+)"), ("enum", r"enum\s+(?:class\s+)?(\w+)"),
-                          ("class", r"(?:class|struct|union)\s+(\w+)"), ("alias", r"using\s+(\w+)\s*=")):
+                          ("class", r"(?:class|struct|union)\s+(\w+)"), ("alias", r"using\s+(?:[\w:]+::)?(\w+)\s*[=;]")):
         if found := re.match(pattern, bare):
             return kind, found[1]
     i = 0
@@ -103,8 +103,12 @@ def kind_and_name(bare):
             i = behind(bare, i)
         else:
             i += 1
-    found = re.search(r"(\w+)\s*$", bare[:i])
-    return ("constant" if re.search(r"\bconstexpr\b", bare[:i]) else "variable"), found[1] if found else ""
+    # Several of one type have their names together.
+    kind = "constant" if re.search(r"\bconstexpr\b", bare[:i]) else "variable"
+    flat = bare
+    while (flatter := re.sub(r"<[^<>]*>|\{[^{}]*\}|\([^()]*\)|\[[^][]*\]", "", flat)) != flat:
+        flat = flatter
+    return kind, ", ".join(re.findall(r"(\w+)\s*(?:=[^,;]*)?(?=[,;]|$)", flat))
 
 
 def shown(code, column):

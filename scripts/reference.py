@@ -126,7 +126,7 @@ class Reference:
         return text[:1].upper() + text[1:]
 
     def module_page(self, module):
-        yield f"# cilantro.{module}\n"
+        yield f"# Reference of cilantro.{module}\n"
         yield f"{self.about_of(module)}\n`import cilantro.{module};`, or `import cilantro;`.\n"
         for p in self.partitions:
             if p.module != module:
@@ -154,7 +154,7 @@ class Reference:
                 where = f" ({module}:{page})" if len(places) > 1 else ""
                 letters.setdefault(name[0].upper(), []).append((name.lower(), f"[`{name}`]({module}/{page}.md#{anchor}){where}"))
         for letter, entries in sorted(letters.items()):
-            yield f"**{letter}** " + " · ".join(link for _, link in sorted(entries)) + "\n"
+            yield f"**{letter}** " + "\u00a0· ".join(link for _, link in sorted(entries)) + "\n"
 
     def write(self, out):
         pages = {"index.md": self.index()}

@@ -12,7 +12,7 @@ import shutil
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
-from reference import Reference  # noqa: E402
+from reference import Reference, first_sentence  # noqa: E402
 
 GUIDE = ["install", "coming-from", "core", "search", "geometry", "cloud", "pipelines", "io", "files", "registration",
          "clustering", "consensus", "embedding", "determinism", "performance"]
@@ -20,8 +20,19 @@ GUIDE = ["install", "coming-from", "core", "search", "geometry", "cloud", "pipel
 MODULE_OF = {"pipelines": "cloud", "files": "io"}
 
 
-def toctree(pages, options="", caption=""):
-    return f"\n```{{toctree}}\n{options}{f':caption: {caption}' if caption else ''}\n\n" + "\n".join(pages) + "\n```\n"
+def toctree(pages):
+    """What the sidebar shows of a page that leads to these."""
+    return "\n```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n"
+
+
+def contents(title, pages, out):
+    """A page that leads to others in its folder, with the first sentence of each."""
+    lines = []
+    for page in pages:
+        heading, rest = (out / f"{page}.md").read_text().split("\n", 1)
+        prose = next((p for p in re.split(r"\n{2,}", re.sub(r"^```.*?^```$", "", rest, flags=re.M | re.S)) if re.match(r"\s*(\w|`|\*\*)", p)), "")
+        lines.append(f"- [{heading[2:]}]({page}.md): {first_sentence(prose)}" if prose else f"- [{heading[2:]}]({page}.md)")
+    write(out / "index.md", f"# {title}\n\n" + "\n".join(lines) + "\n" + toctree(pages))
 
 
 def for_the_site(text, module, up, reference):
@@ -34,10 +45,16 @@ def for_the_site(text, module, up, reference):
     return "".join(p if i % 2 else reference.linked(p, module, f"{up}reference/") for i, p in enumerate(parts))
 
 
-def show_code(title, paths, root):
-    return f"# {title}\n" + "".join(
-        (f"\n## {path.relative_to(root)}\n" if len(paths) > 1 else "") + "\n```" +
-        ("cmake" if path.name == "CMakeLists.txt" else "cpp") + f"\n{path.read_text()}```\n" for path in paths)
+def code_page(title, paths, root):
+    """Files as they are; what a file says at its head comes before its code."""
+    page = f"# {title}\n"
+    for path in paths:
+        text = re.sub(r"^(//|#) SPDX.*\n(\1\n)?", "", path.read_text())
+        about = re.match(r"((?://|#)(?: .*)?\n)*", text)[0]
+        page += f"\n## {path.relative_to(root)}\n" if len(paths) > 1 else ""
+        page += "\n" + re.sub(r"^(//|#) ?( ?)", r"\2\2\2", about, flags=re.M)
+        page += f"\n```{'cmake' if path.suffix == '.txt' else 'cpp'}\n{text[len(about):].lstrip()}```\n"
+    return page
 
 
 def write(path, text):
@@ -54,9 +71,9 @@ def lay_out(project, out):
         about = f"\nWhat one does with it: [guide to cilantro.{module}](../../docs/{module}.md).\n" if module in GUIDE else ""
         names = [f"{p.name} <{p.name}>" for p in reference.partitions if p.module == module]
         head, rest = page.read_text().split("\n## ", 1)
-        write(page, head + about + "\n## " + rest + toctree(names, ":hidden:\n"))
+        write(page, head + about + "\n## " + rest + toctree(names))
     index = out / "reference" / "index.md"
-    write(index, index.read_text() + toctree([f"cilantro.{m} <{m}/index>" for m in modules], ":hidden:\n"))
+    write(index, index.read_text() + toctree([f"cilantro.{m} <{m}/index>" for m in modules]))
 
     docs, decisions = project / "docs", []
     for path in sorted(docs.rglob("*.md")):
@@ -67,25 +84,25 @@ def lay_out(project, out):
             decisions.append(name.stem)
     shutil.copytree(docs / "performance", out / "docs" / "performance")
     guide = GUIDE + sorted({p.stem for p in docs.glob("*.md")} - set(GUIDE))
-    write(out / "docs" / "index.md", "# Guide\n" + toctree(guide, ":maxdepth: 1\n"))
-    write(out / "docs" / "decisions" / "index.md", "# Decisions\n" + toctree(decisions, ":maxdepth: 1\n"))
+    contents("Guide", guide, out / "docs")
+    contents("Decisions", decisions, out / "docs/decisions")
 
     examples = project / "examples"
     names = [path.stem for path in sorted(examples.glob("*.cpp"))]
     for name in names:
-        write(out / "examples" / f"{name}.md", show_code(name, [examples / f"{name}.cpp"], examples))
+        write(out / "examples" / f"{name}.md", code_page(name, [examples / f"{name}.cpp"], examples))
     folders = sorted(path.name for path in examples.iterdir() if path.is_dir())
     for folder in folders:
         paths = sorted(p for p in (examples / folder).rglob("*") if p.is_file())
-        write(out / "examples" / folder / "index.md", show_code(folder, paths, examples / folder))
-    write(out / "examples" / "index.md", "# Examples\n" + toctree(names + [f"{f}/index" for f in folders], ":maxdepth: 1\n"))
+        write(out / "examples" / folder / "index.md", code_page(folder, paths, examples / folder))
+    contents("Examples", names + [f"{f}/index" for f in folders], out / "examples")
 
     shutil.copy(project / "CITATION.cff", out)
     for name, to in (("README.md", "index.md"), ("CHANGELOG.md", "CHANGELOG.md")):
         write(out / to, for_the_site((project / name).read_text(), "", "", reference))
     with (out / "index.md").open("a") as start:
         start.write(toctree(["Start <self>", "Guide <docs/index>", "Reference <reference/index>", "Examples <examples/index>",
-                             "Decisions <docs/decisions/index>", "Changes <CHANGELOG>"], ":hidden:\n"))
+                             "Decisions <docs/decisions/index>", "Changes <CHANGELOG>"]))
 
 
 if __name__ == "__main__":

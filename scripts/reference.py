@@ -79,7 +79,7 @@ class Reference:
     def prose(self, comment, module, without=""):
         # Sources and lists begin paragraphs of their own; < is no HTML.
         text = re.sub(r"\n(Source|Models|Semantics):", r"\n\n\1:", comment)
-        text = re.sub(r"`[^`]*`|^    .*|<(?=\w)", lambda found: found[0].replace("<", r"\<") if found[0] == "<" else found[0], text, flags=re.M)
+        text = re.sub(r"(`[^`]*`|^    .*)|<(?=\w)", lambda found: found[1] or r"\<", text, flags=re.M)
         return self.linked(text, module, "../", without)
 
     def code(self, declarations):

@@ -30,15 +30,17 @@ def contents(title, pages, out):
     lines = []
     for page in pages:
         heading, rest = (out / f"{page}.md").read_text().split("\n", 1)
-        prose = next((p for p in re.split(r"\n{2,}", re.sub(r"^```.*?^```$", "", rest, flags=re.M | re.S)) if re.match(r"\s*(\w|`|\*\*)", p)), "")
-        lines.append(f"- [{heading[2:]}]({page}.md): {first_sentence(prose)}" if prose else f"- [{heading[2:]}]({page}.md)")
+        paragraphs = re.split(r"\n{2,}", re.sub(r"^```.*?^```$", "", rest, flags=re.M | re.S))
+        prose = next((p for p in paragraphs if re.match(r"\s*(\w|`|\*\*)", p)), "")
+        lines.append(f"- [{heading[2:]}]({page}.md)" + f": {first_sentence(prose)}" * bool(prose))
     write(out / "index.md", f"# {title}\n\n" + "\n".join(lines) + "\n" + toctree(pages))
 
 
 def for_the_site(text, module, up, reference):
     """A page as the site has it: without hidden code, and with links where GitHub has none."""
     text = re.sub(r"^<!--.*?-->\n", "", text, flags=re.M | re.S)
-    text = re.sub(r"reference, `build/site/(reference/[\w/]+)\.html` once `scripts/site.sh` has run", rf"[reference]({up}\1.md)", text)
+    text = re.sub(r"reference, `build/site/(reference/[\w/]+)\.html` once `scripts/site.sh` has run",
+                  rf"[reference]({up}\1.md)", text)
     text = re.sub(r"\]\(([\w./-]+)/\)", r"](\1/index.md)", text)
     text = re.sub(r"\]\(([\w./-]+)\.cpp\)", r"](\1.md)", text)
     parts = re.split(r"(^```.*?^```$|^#[^\n]*$)", text, flags=re.M | re.S)

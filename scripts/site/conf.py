@@ -10,5 +10,6 @@ html_copy_source = False
 html_show_copyright = False
 html_show_sphinx = False
 myst_heading_anchors = 3
+smartquotes = False
 # Signatures alone are no programs, and the highlighter says so.
 suppress_warnings = ["misc.highlighting_failure"]

@@ -5,6 +5,7 @@
 #   scripts/setup.sh test       that, and what the tests need
 #   scripts/setup.sh check      that, and what formatting, the sanitizers and fuzzing need
 #   scripts/setup.sh benchmark  what the library and the benchmarks need, without the peers
+#   scripts/setup.sh site       what the site of documentation is built with, which is not the library
 #   scripts/setup.sh arm64      what tests need, and what building and running them for arm64 needs
 #
 # Installs nothing, and needs neither root nor a network, when everything is there.
@@ -48,6 +49,11 @@ packages_for_arm64='
 lld-22|the linker, which knows other machines than this one
 qemu-user-static|runs programs for arm64 here
 '
+packages_for_site='
+python3-sphinx|Sphinx, which makes a site of pages
+python3-myst-parser|MyST, by which Sphinx reads Markdown
+furo|Furo, how the site looks
+'
 
 mode=${1:-run}
 case $mode in
@@ -56,7 +62,8 @@ case $mode in
   check) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_to_check ;;
   benchmark) wanted=$packages_to_run$packages_to_benchmark$packages_to_test_and_benchmark ;;
   arm64) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_for_arm64 ;;
-  *) fail "usage: scripts/setup.sh run|test|check|benchmark|arm64" ;;
+  site) wanted=$packages_for_site ;;
+  *) fail "usage: scripts/setup.sh run|test|check|benchmark|site|arm64" ;;
 esac
 
 is_installed() {
@@ -136,8 +143,8 @@ run_apt update || fail 'apt-get update failed (see above): check the network and
 # apt-get calls it no failure if an archive was not reached, and one may be down that is not needed.
 unreached=$(grep -o 'Failed to fetch [^ ]*' "$log" | head -n 1 || true)
 refuse() { [ -z "$unreached" ] || fail "an archive cannot be reached (${unreached,}): check the network, then run this again."; fail "$1"; }
-apt-cache show clang-22 > /dev/null 2>&1 || is_installed clang-22 ||
+[ "$mode" = site ] || apt-cache show clang-22 > /dev/null 2>&1 || is_installed clang-22 ||
   refuse "clang-22 is in none of the configured archives: add Debian's security archive (suite ${VERSION_CODENAME}-security) to /etc/apt/sources.list, then run this again."
 run_apt install -y --no-install-recommends "${pick[@]}" ||
   refuse 'apt-get install failed (see above): put right what it names, then run this again.'
-cmake_is_new_enough || fail 'the cmake found first in PATH is still older than 3.28: put /usr/bin first, then run this again.'
+[ "$mode" = site ] || cmake_is_new_enough || fail 'the cmake found first in PATH is still older than 3.28: put /usr/bin first, then run this again.'

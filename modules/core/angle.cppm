@@ -7,18 +7,18 @@ import :error;
 
 namespace cilantro {
 
-/// Throws `invalid_input` unless an angle between two directions can have so many radians: from 0
-/// to π, and a rounding more. What is larger are degrees.
+/// Throws `invalid_input` unless `angle`, in radians, can lie between two directions: from 0 to π,
+/// with a little room for rounding. Larger values are probably degrees.
 export inline void expect_angle(double angle, const char* what) {
   if (!(angle >= 0 && angle <= 3.1416))
     throw invalid_input{std::string{what} + " must be in radians, from 0 to pi, and is " +
                         in_digits(angle)};
 }
 
-/// The angle between two vectors of any length and dimension, in radians, in [0, π]: exactly 0
-/// between a vector and itself, and accurate where an arc cosine is not. NaN for a zero vector.
-/// Throws `invalid_input` for vectors of different dimension.
-/// Source: Kahan 2006, "How futile are mindless assessments of roundoff", section 12.
+/// The angle between two vectors of any length and dimension, in radians, in [0, π]. Exactly 0
+/// between a vector and itself, and accurate for small angles, where an arc cosine is not. NaN for
+/// a zero vector. Throws `invalid_input` for vectors of different dimension. Source: Kahan 2006,
+/// "How futile are mindless assessments of roundoff", section 12.
 export template <class A, class B>
 [[nodiscard]] typename A::Scalar angle_between(const Eigen::MatrixBase<A>& a,
                                                const Eigen::MatrixBase<B>& b) {

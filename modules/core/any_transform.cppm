@@ -9,12 +9,12 @@ import :transform;
 
 namespace cilantro {
 
-/// An affine transform of any scalar and dimension, in double: for an option that is written down
-/// before the points are known. Made of every `AffineMap`, and of a matrix of homogeneous
-/// coordinates; itself an `AffineMap`.
+/// An affine transform of any dimension, kept in double: for options that are set before the scalar
+/// and dimension of the points are known. Converts from every `AffineMap` and from a matrix of
+/// homogeneous coordinates; is itself an `AffineMap`.
 export class any_transform : public run_time_transform<double, Eigen::Affine> {
  public:
-  /// Of no dimension at all.
+  /// A transform of dimension 0.
   any_transform() = default;
   template <AffineMap T>
     requires(!std::derived_from<T, any_transform>)
@@ -27,8 +27,8 @@ export class any_transform : public run_time_transform<double, Eigen::Affine> {
   any_transform(const Eigen::MatrixBase<M>& homogeneous)  // NOLINT
       : run_time_transform{from(homogeneous.template cast<double>())} {}
 
-  /// As a transform of type T for points of `dimension` coordinates. Throws `invalid_input{what}`
-  /// for another dimension.
+  /// The transform as a T, for points of `dimension` coordinates. Throws `invalid_input{what}` if
+  /// its dimension differs.
   template <AffineMap T>
   [[nodiscard]] T as(index_t dimension, const char* what) const {
     constexpr int D =

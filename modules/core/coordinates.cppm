@@ -8,8 +8,8 @@ import :points;
 
 namespace cilantro {
 
-/// One point, of any scalar and dimension, in an option or a step that is written down before the
-/// points it will be used with are known: a viewpoint, the edges of a cell.
+/// One point of any dimension, kept in double: for options and steps that are set before the scalar
+/// and dimension of the points are known, such as a viewpoint or the edges of a cell.
 export class coordinates {
  public:
   coordinates(std::initializer_list<double> values) : values_{values} {}
@@ -25,8 +25,8 @@ export class coordinates {
   [[nodiscard]] index_t size() const { return std::ssize(values_); }
   [[nodiscard]] double operator[](index_t d) const { return values_[d]; }
 
-  /// As a vector for points of `dimension` coordinates. Throws `invalid_input{what}` for another
-  /// size.
+  /// The point as a vector of `dimension` coordinates. Throws `invalid_input{what}` if it has
+  /// another number of coordinates.
   template <Scalar S, int D>
   [[nodiscard]] point_vector<S, D> as(index_t dimension, const char* what) const {
     expects(size() == dimension, what);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.core: what every other module speaks. Points, errors, threads, randomness.
+// cilantro.core: what all modules build on: views of points, errors, threads, random numbers,
+// transforms.
 export module cilantro.core;
 
 export import cilantro.eigen;

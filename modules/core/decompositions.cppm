@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Eigen's decompositions of matrices of doubles, compiled once for the whole library: each costs a
-// unit that instantiates it seconds, and none of them is where time is spent when it runs.
+// Eigen's decompositions of matrices of doubles, compiled once for the whole library: instantiating
+// one takes the compiler seconds, and none of them matters for run time.
 export module cilantro.core:decompositions;
 
 import cilantro.standard;
@@ -10,41 +10,44 @@ import :points;
 
 namespace cilantro {
 
-/// A symmetric matrix by its eigenvalues, ascending, and eigenvectors, orthonormal, one per column.
+/// The eigenvalues and eigenvectors of a symmetric matrix.
 export template <int D>
 struct symmetric_decomposition {
-  point_vector<double, D> values;
-  Eigen::Matrix<double, D, D> vectors;
-  bool converged = true;
+  point_vector<double, D> values;       ///< Eigenvalues, ascending.
+  Eigen::Matrix<double, D, D> vectors;  ///< Orthonormal eigenvectors, one per column.
+  bool converged = true;                ///< Whether the iteration converged.
 };
-/// For D of 2, 3 and dynamic. Precondition: the matrix is symmetric. O(D³).
+/// The eigenvalues and eigenvectors of a symmetric matrix, for D of 2, 3 and `dynamic`. Throws
+/// `invalid_input` unless the matrix is square. Precondition: it is symmetric. O(D³).
 export template <int D>
 [[nodiscard]] symmetric_decomposition<D> decompose_symmetric(
     const Eigen::Matrix<double, D, D>& matrix);
 
-/// A matrix as left · diag(values) · rightᵀ; values descending, both sides square.
+/// The singular value decomposition of a matrix: left · diag(values) · rightᵀ.
 export struct singular_decomposition {
-  Eigen::VectorXd values;
-  Eigen::MatrixXd left, right;
+  Eigen::VectorXd values;       ///< Singular values, descending.
+  Eigen::MatrixXd left, right;  ///< Square and orthogonal.
 };
 export [[nodiscard]] singular_decomposition decompose_singular(const Eigen::MatrixXd& matrix);
 
+/// The determinant. Throws `invalid_input` unless the matrix is square.
 export [[nodiscard]] double determinant(const Eigen::MatrixXd& matrix);
 
-/// The solution of matrix · x = b for each column of `right_sides`, or nothing if there is no
-/// inverse.
+/// The solution of matrix · x = b for each column of `right_sides`, or nothing if the matrix has no
+/// inverse. Throws `invalid_input` unless it is square and `right_sides` has as many rows.
 export [[nodiscard]] std::optional<Eigen::MatrixXd> solve(const Eigen::MatrixXd& matrix,
                                                           const Eigen::MatrixXd& right_sides);
-/// The same for a symmetric matrix, positive or negative semidefinite; in directions that a
-/// singular one does not see, the solution is 0.
+/// As `solve`, for a symmetric matrix that is positive or negative semidefinite. If it is singular,
+/// unknowns whose pivot vanishes are set to 0.
 export [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix,
                                                      const Eigen::MatrixXd& right_sides);
 
+/// What `solve_least_squares` returns.
 export struct least_squares_solution {
-  Eigen::MatrixXd unknowns;
-  index_t rank;  ///< Of the matrix; pivots below `negligible` times the largest count as none.
+  Eigen::MatrixXd unknowns;  ///< One column per column of the right sides.
+  index_t rank;  ///< Of the matrix; pivots below `negligible` times the largest count as 0.
 };
-/// Minimises ‖matrix · x − b‖ for each column of `right_sides`.
+/// Minimises ‖matrix · x − b‖ for each column b of `right_sides`.
 export [[nodiscard]] least_squares_solution solve_least_squares(const Eigen::MatrixXd& matrix,
                                                                 const Eigen::MatrixXd& right_sides,
                                                                 double negligible = 1e-14);

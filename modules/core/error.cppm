@@ -11,14 +11,15 @@ export class invalid_input : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Where in a file something went wrong: a line counted from 1 in a text, or a byte counted from 0.
+/// Where in a file something went wrong.
 export struct file_position {
+  /// What `at` counts: `line` from 1 in a text file, or `byte` from 0.
   enum class unit { line, byte };
-  unit in = unit::byte;
-  std::uint64_t at = 0;
+  unit in = unit::byte;  ///< Lines or bytes.
+  std::uint64_t at = 0;  ///< The number of the line or byte.
 };
 
-/// The outside world refused: a file is missing, malformed, truncated, or cannot be written.
+/// A file is missing, malformed or truncated, or cannot be written.
 export class io_error : public std::runtime_error {
  public:
   io_error(std::filesystem::path path, const std::string& what,
@@ -29,7 +30,7 @@ export class io_error : public std::runtime_error {
 
   /// The file concerned, as the caller named it.
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Where in the file, if it is the content that is wrong.
+  /// The place in the file, if its content is at fault.
   [[nodiscard]] const std::optional<file_position>& position() const { return position_; }
 
  private:
@@ -46,17 +47,17 @@ export class io_error : public std::runtime_error {
   std::optional<file_position> position_;
 };
 
-/// A long call was asked to stop through its `std::stop_token`. Its inputs are as they were.
+/// A long call was asked to stop through its `std::stop_token`. Its inputs are unchanged.
 export class cancelled : public std::runtime_error {
  public:
   cancelled() : std::runtime_error{"the operation was cancelled"} {}
 };
 
-/// A number as a message says it: with as many digits as tell it from all others.
+/// A number as text for messages, with as many digits as distinguish it from all other doubles.
 export [[nodiscard]] std::string in_digits(double value);
 
-/// Throws `invalid_input` unless `value` is from `least` to `most`: "`what` must be 1 or more, and
-/// is 0". NaN is in no range.
+/// Throws `invalid_input` unless `value` lies in the range, bounds included, with a message such as
+/// "`what` must be 1 or more, and is 0". NaN is in no range.
 export void expect_from(double least, double value, const char* what);
 export void expect_between(double least, double value, double most, const char* what);
 

@@ -7,14 +7,15 @@ namespace cilantro {
 
 /// Watches a long call and can stop it. Costs nothing while both members are empty.
 export struct task_monitor {
-  /// Called now and then with the share that is done, increasing to 1, on the calling thread only.
+  /// Called from time to time with the share of the work that is done, increasing to 1, and only on
+  /// the calling thread.
   std::function<void(double)> progress = {};
-  /// Once a stop is requested, the call throws `cancelled` and leaves its inputs as they were.
+  /// Once a stop is requested, the call throws `cancelled` and leaves its inputs unchanged.
   std::stop_token stop = {};
 };
 
-/// A monitor for work in `count` passes, each of which reports from 0 to 1: what they report rises
-/// over all of them, to 1 after the last. For one thread.
+/// A monitor for work in `count` passes that each report progress from 0 to 1: together they report
+/// one progress from 0 to 1. For use on one thread.
 export [[nodiscard]] inline task_monitor in_passes(const task_monitor& monitor, int count) {
   if (!monitor.progress) return monitor;
   struct state {
@@ -32,7 +33,7 @@ export [[nodiscard]] inline task_monitor in_passes(const task_monitor& monitor, 
 /// How a call may use the machine. Results never depend on it.
 export struct execution {
   int threads = 0;  ///< 0: OpenMP's own choice (OMP_NUM_THREADS); 1: the calling thread only.
-  task_monitor monitor = {};
+  task_monitor monitor = {};  ///< Watches the call.
 };
 
 }  // namespace cilantro

@@ -9,11 +9,11 @@ import :points;
 
 namespace cilantro {
 
-/// A red, green and blue value from 0 to 255.
+/// Red, green and blue, each from 0 to 255.
 export using rgb = std::array<std::uint8_t, 3>;
 
-/// A picture of `width` times `height` pixels, row by row from the top left. A range of its rows,
-/// each a span; `pixels()` has all one after the other.
+/// A picture of `width` × `height` pixels, stored row by row from the top left. It is a range of
+/// its rows, each a span; `pixels()` holds all pixels one after the other.
 export template <class T>
 class image {
  public:
@@ -41,7 +41,7 @@ class image {
   [[nodiscard]] std::span<const T> operator[](index_t y) const [[clang::lifetimebound]] {
     return std::span{pixels_}.subspan(at(0, static_cast<int>(y)), width_);
   }
-  [[nodiscard]] index_t size() const { return height_; }  ///< Of rows.
+  [[nodiscard]] index_t size() const { return height_; }  ///< The number of rows.
   [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
     return indexed_iterator{indexed_rows{this}, 0};
   }
@@ -59,9 +59,9 @@ class image {
   std::vector<T> pixels_;
 };
 
-/// A read-only picture in somebody else's memory, row by row from the top left, and a range of its
-/// rows as an `image` is. Made of an `image`,
-/// of a row-major Eigen matrix, or of a pointer, as to the data of an OpenCV matrix:
+/// A read-only picture of `width` × `height` pixels in memory that it does not own, row by row from
+/// the top left; a range of its rows, as `image` is. Made from an `image`, a row-major Eigen
+/// matrix, or a pointer, such as to the data of an OpenCV matrix:
 /// `image_view{m.ptr<std::uint16_t>(), m.cols, m.rows, m.step1()}`. Valid while that memory is.
 export template <class T>
 class image_view {
@@ -69,8 +69,9 @@ class image_view {
   image_view() = default;
   image_view(const image<T>& source [[clang::lifetimebound]])  // NOLINT: a conversion on purpose
       : image_view{source.pixels().data(), source.width(), source.height()} {}
-  /// Rows begin `stride` pixels after one another, `width` if none is given. Throws `invalid_input`
-  /// for a negative size, a stride below the width, or no data behind a size.
+  /// Each row begins `stride` pixels after the one before; by default `width`. Throws
+  /// `invalid_input` for a negative size, a stride below the width, or null data for a picture that
+  /// is not empty.
   image_view(const T* data, int width, int height, std::optional<index_t> stride = {})
       : data_{data}, width_{width}, height_{height}, stride_{stride.value_or(width)} {
     expects(width >= 0 && height >= 0, "image_view: width and height must not be negative");
@@ -92,7 +93,7 @@ class image_view {
   [[nodiscard]] std::span<const T> operator[](index_t y) const {
     return {data_ + y * stride_, static_cast<std::size_t>(width_)};
   }
-  [[nodiscard]] index_t size() const { return height_; }  ///< Of rows.
+  [[nodiscard]] index_t size() const { return height_; }  ///< The number of rows.
   [[nodiscard]] auto begin() const { return indexed_iterator{*this, 0}; }
   [[nodiscard]] auto end() const { return begin() + size(); }
 
@@ -107,7 +108,7 @@ export template <class M>
   requires std::derived_from<M, Eigen::MatrixBase<M>>
 image_view(const M&) -> image_view<typename M::Scalar>;
 
-/// What an `image_view` can be made of.
+/// A type that an `image_view` can be made from, and the type of its pixels.
 export template <class I>
 concept ImageSource = requires(const I& source) { image_view{source}; };
 export template <ImageSource I>

@@ -5,7 +5,7 @@ import cilantro.standard;
 
 namespace cilantro {
 
-/// What is kept of an element of `Source`: its `value_type`, if it has one.
+/// The type of a copy of an element of `Source`: its `value_type`, if it has one.
 template <class Source>
 struct kept_element {
   using type = std::remove_cvref_t<decltype(std::declval<const Source&>()[std::ptrdiff_t{0}])>;
@@ -17,14 +17,15 @@ struct kept_element<Source> {
 };
 
 /// A random-access iterator over `source[0]`, `source[1]`, … It keeps its source by value, so
-/// sources are views or pointers: cheap to copy, and no iterator depends on where its range lives.
+/// sources must be cheap to copy, as views and pointers are; an iterator then stays valid when its
+/// range is moved.
 export template <class Source>
 class indexed_iterator {
  public:
   using reference = decltype(std::declval<const Source&>()[std::ptrdiff_t{0}]);
   using value_type = typename kept_element<Source>::type;
   using difference_type = std::ptrdiff_t;
-  // What is dereferenced is made on the spot, which the iterators of old do not allow.
+  // Dereferencing may return a temporary, which the iterator categories before C++20 do not allow.
   using iterator_category = std::input_iterator_tag;
   using iterator_concept = std::random_access_iterator_tag;
 
@@ -61,10 +62,11 @@ class indexed_iterator {
   difference_type i_ = 0;
 };
 
-/// What an `indexed_iterator` keeps to walk over the rows of an object that stays where it is.
+/// The source of an `indexed_iterator` over the elements of `*all`, an object that stays where it
+/// is.
 export template <class Rows>
 struct indexed_rows {
-  const Rows* all = nullptr;
+  const Rows* all = nullptr;  ///< The object.
   auto operator[](std::ptrdiff_t i) const { return (*all)[i]; }
 };
 template <class Rows>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What points of any kind may have besides: normals, colours, and an origin of their coordinates.
+// What points of any kind may have beside their coordinates: normals, colours, and an origin.
 export module cilantro.core:oriented_points;
 
 import cilantro.standard;
@@ -10,7 +10,7 @@ import :points;
 
 namespace cilantro {
 
-/// Points whose type says their normals, too: clouds, `oriented_points_view`, and any type whose
+/// Points whose type provides normals, too: clouds, `oriented_points_view`, and any type whose
 /// `points_traits` have `normals`.
 export template <class T>
 concept OrientedPoints = PointsSource<T> && requires(const std::remove_cvref_t<T>& source) {
@@ -19,12 +19,13 @@ concept OrientedPoints = PointsSource<T> && requires(const std::remove_cvref_t<T
   } -> std::convertible_to<points_view_of<T>>;
 };
 
-/// One vector a point that is none itself, such as a normal or a colour: what has normals of its
-/// own is not meant, since those would be.
+/// One vector per point, such as normals or colours: a matrix, not a cloud or any other set that
+/// has normals of its own.
 export template <class T>
 concept PointwiseVectors = PointsSource<T> && !OrientedPoints<T>;
 
-/// The normals of points of any kind for the length of a call, none where their type says none.
+/// The normals of points of any kind, for the duration of a call; an empty view if their type has
+/// no normals.
 export template <PointsSource T>
 [[nodiscard]] auto normals_in(const T& source) -> points_view_of<T> {
   if constexpr (OrientedPoints<T>)
@@ -33,8 +34,8 @@ export template <PointsSource T>
     return {};
 }
 
-/// The colours of points of any kind for the length of a call, red, green and blue in [0, 1]; none
-/// where their type says none.
+/// The colours of points of any kind, for the duration of a call: red, green and blue in [0, 1]; an
+/// empty view if their type has no colours.
 export template <PointsSource T>
 [[nodiscard]] auto colors_in(const T& source) -> points_view<float, 3> {
   if constexpr (requires { points_traits<T>::colors(source); })
@@ -43,7 +44,8 @@ export template <PointsSource T>
     return {};
 }
 
-/// Where the coordinates of points of any kind begin in the world: zero where their type says none.
+/// The origin of points of any kind: what is added to their coordinates to get world coordinates.
+/// Zero if their type has no origin.
 export template <PointsSource T>
 [[nodiscard]] auto origin_in(const T& source) -> point_vector<double, dimension_of<T>> {
   if constexpr (requires { points_traits<T>::origin(source); })
@@ -52,8 +54,8 @@ export template <PointsSource T>
     return point_vector<double, dimension_of<T>>::Zero(points_in(source).dimension());
 }
 
-/// Throws `invalid_input`, naming the function `who`, for points whose coordinates do not begin at
-/// the origin of the world, where coordinates of both would be mixed.
+/// Throws `invalid_input` if the points have an origin other than zero: this function, `who` in the
+/// message, would mix local and world coordinates.
 export template <PointsSource T>
 void expect_local(const T& points, const char* who) {
   if constexpr (requires { points_traits<T>::origin(points); })
@@ -63,8 +65,7 @@ void expect_local(const T& points, const char* who) {
                 "without it; take the function on clouds, or give the cloud's .points");
 }
 
-/// Throws `invalid_input`, naming the function `who`, for two sets whose coordinates begin at
-/// different places in the world.
+/// Throws `invalid_input`, naming the function `who`, if two sets of points have different origins.
 export template <PointsSource A, PointsSource B>
 void expect_same_origin(const A& a, const B& b, const char* who) {
   expects(points_in(a).empty() || points_in(b).empty() ||
@@ -73,21 +74,22 @@ void expect_same_origin(const A& a, const B& b, const char* who) {
           std::string{who} + ": source and target have different origins");
 }
 
-/// Points, and their normals where those are known. Owns nothing, and has no origin.
+/// A view of `points` and, where they are known, their normals. Owns nothing, and has no origin.
 export template <Scalar S, int D>
 struct oriented_points_view {
   points_view<S, D> points;
-  points_view<S, D> normals;  ///< One a point, unit length or zero if unknown; or none at all.
+  points_view<S, D> normals;  ///< One per point, of unit length, or zero if unknown; or empty.
 
   oriented_points_view() = default;
-  /// Points of any kind, with the normals that they have. Temporaries that own them are refused.
-  /// Throws `invalid_input` for points with an origin, which would be lost.
+  /// Points of any kind, with the normals that they have. Temporaries that own their points do not
+  /// compile. Throws `invalid_input` for points with an origin, which would be lost.
   template <BorrowedPoints P>
   explicit oriented_points_view(P&& source)
       : oriented_points_view{as_points(source), normals_in(source)} {
     expect_local(source, "oriented_points_view");
   }
-  /// Throws `invalid_input` unless there is one normal a point, or none, and of their dimension.
+  /// Throws `invalid_input` unless there is one normal per point, or no normal, and the dimensions
+  /// agree.
   template <BorrowedPoints P, BorrowedPoints N>
     requires PointwiseVectors<N>
   oriented_points_view(P&& where, N&& directions)
@@ -98,6 +100,7 @@ struct oriented_points_view {
             "oriented_points_view: points and normals differ in dimension");
   }
 
+  /// Whether there are normals.
   [[nodiscard]] bool has_normals() const { return !normals.empty(); }
 };
 export template <BorrowedPoints P>

@@ -10,16 +10,17 @@ import :points;
 
 namespace cilantro {
 
-/// How many items `parallel_for` and `ordered_sum` hand out at a time. It depends on nothing, so
-/// that where a sum is cut never depends on the machine.
+/// How many items `parallel_for` and `ordered_sum` hand to a thread at a time. A constant, so that
+/// sums are split in the same places on every machine.
 export inline constexpr index_t default_block_size = 1024;
 
 /// Calls `f(block, begin, end)` for the consecutive blocks of `block_size` items that make up [0,
-/// n), in no particular order, on up to `how.threads` threads. `f` may write only to what its items
-/// own.
+/// n), in no particular order, on up to `how.threads` threads. `f` may write only to memory that
+/// belongs to its items.
 ///
-/// Of the exceptions that `f` throws, the one of the lowest block reaches the caller. Throws
-/// `cancelled` once a stop was requested, `invalid_input` for negative threads, n or block size.
+/// If `f` throws in several blocks, the exception of the first of these blocks reaches the caller.
+/// Throws `cancelled` once a stop was requested, and `invalid_input` for a negative number of
+/// threads, a negative n, or a block size below 1.
 export template <class F>
 void parallel_blocks(index_t n, index_t block_size, const execution& how, F&& f) {
   expect_from(0, how.threads, "threads (0 leaves the choice to OpenMP)");
@@ -67,8 +68,8 @@ void parallel_for(index_t n, const execution& how, F&& f) {
 
 /// The sum over [0, n) of what `f(sum, i)` adds to a `T` that starts as a copy of `zero`.
 ///
-/// Blocks are summed apart and added with `+=` in their order, so the result has the same bits for
-/// any number of threads. Allocates one `T` a block of 1024 items.
+/// Each block is summed separately, and the blocks are added with `+=` in their order, so the
+/// result has the same bits for any number of threads. Allocates one `T` per block of 1024 items.
 export template <class T, class F>
 [[nodiscard]] T ordered_sum(index_t n, const execution& how, const T& zero, F&& f) {
   std::vector<T> partial(

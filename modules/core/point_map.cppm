@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What moves points: all of them alike, or each in its own way.
+// Maps that move points: all of them alike, or each in its own way.
 export module cilantro.core:point_map;
 
 import cilantro.standard;
@@ -15,12 +15,13 @@ import :transform;
 
 namespace cilantro {
 
-/// What moves the points of a set: an `AffineMap` all alike, a field each in its own way.
+/// A map that moves the points of a set: an `AffineMap` moves all alike; a field moves each in its
+/// own way.
 ///
-/// Semantics: `map(i, p)` is where point i, which lies at p, comes to lie; `Scalar` is that of the
-/// points. Optional: `map.size()`, how many points it moves, which then must be as many as there
-/// are; and `map.normal(i, n)`, where the normal n of point i points to, of any length. Pure, and
-/// called from several threads at once. Models: every `AffineMap`; a struct of yours.
+/// Semantics: `map(i, p)` is the new place of point i, which lies at p; `Scalar` is that of the
+/// points. Optional: `map.size()`, the number of points that it moves, which then must be that of
+/// the set; and `map.normal(i, n)`, the new direction, of any length, of the normal n of point i.
+/// Pure, and called from several threads at once. Models: every `AffineMap`; a struct of yours.
 export template <class M, int D>
 concept PointMap =
     AffineMap<M> ||
@@ -37,8 +38,8 @@ concept NormalMap =
       { map.normal(i, n) } -> std::convertible_to<point_vector<typename M::Scalar, D>>;
     });
 
-/// Where `map` moves point i, which lies at p: nowhere, as NaN, if p is not finite. Throws
-/// `invalid_input` if a map gives a point of another dimension.
+/// Where `map` moves point i, which lies at p. If p is not finite, neither is the result. Throws
+/// `invalid_input` if the map returns a point of another dimension.
 export template <class M, class P, int D = P::RowsAtCompileTime>
   requires PointMap<M, D>
 [[nodiscard]] point_vector<typename M::Scalar, D> moved_point(const M& map, index_t i,
@@ -55,9 +56,10 @@ export template <class M, class P, int D = P::RowsAtCompileTime>
   }
 }
 
-/// A function `f(i, n)`: where `map` turns the normal n of point i, of any length. Normals of a
-/// surface move by the inverse transpose of what moves its points. A field is kept by reference,
-/// and an affine map is not. Throws `invalid_input` for one that cannot be inverted.
+/// A function `f(i, n)` that returns the direction, of any length, to which `map` turns the normal
+/// n of point i. Normals of a surface move by the inverse transpose of the map of its points. A
+/// field is kept by reference; an affine map is copied. Throws `invalid_input` for an affine map
+/// that cannot be inverted.
 export template <int D, class M>
   requires NormalMap<M, D>
 [[nodiscard]] auto normals_moved_by(const M& map) {
@@ -79,8 +81,8 @@ template <int D, class M>
   requires NormalMap<M, D> && (!AffineMap<M>)
 void normals_moved_by(const M&& map) = delete;
 
-/// Throws `invalid_input`, naming the function `who`, for a map of another dimension than the
-/// points, or of another number of them.
+/// Throws `invalid_input`, naming the function `who`, if the map is for another dimension or
+/// another number of points.
 export template <Scalar S, int D, class M>
   requires PointMap<M, D>
 void expect_moves(const M& map, points_view<S, D> points, const char* who) {
@@ -88,22 +90,23 @@ void expect_moves(const M& map, points_view<S, D> points, const char* who) {
     expects(points.empty() || index_t(map.translation().size()) == points.dimension(),
             std::string{who} + ": transform and points must have the same dimension");
   } else {
-    // Eigen converts vectors of any size into fixed ones, so that types do not tell.
+    // Eigen converts vectors of any size into fixed ones, so the types alone do not tell.
     using moved = std::remove_cvref_t<decltype(map(index_t{}, points[index_t{}]))>;
     if constexpr (D == dynamic && EigenMatrix<moved>)
       expects(points.empty() || moved::RowsAtCompileTime == dynamic ||
                   index_t(moved::RowsAtCompileTime) == points.dimension(),
               std::string{who} + ": the map moves points of " +
-                  std::to_string(int(moved::RowsAtCompileTime)) + " coordinates, and these have " +
+                  std::to_string(int(moved::RowsAtCompileTime)) + " coordinates, but these have " +
                   std::to_string(points.dimension()));
     if constexpr (requires { index_t(map.size()); })
       expects(index_t(map.size()) == points.size(),
               std::string{who} + ": the map moves " + std::to_string(index_t(map.size())) +
-                  " points, and there are " + std::to_string(points.size()));
+                  " points, but there are " + std::to_string(points.size()));
   }
 }
 
-/// All points where `map` moves them. Throws `invalid_input` as `expect_moves` does.
+/// All points, moved by `map`. Throws `invalid_input` as `expect_moves` does, and for points with
+/// an origin.
 export template <PointsSource P, class M>
   requires PointMap<M, dimension_of<P>> && std::same_as<typename M::Scalar, scalar_of<P>>
 [[nodiscard]] auto moved_points(const M& map, const P& points, const execution& how = {}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What is seen as points, and how.
+// Which types are accepted as points, and how they are viewed.
 export module cilantro.core:points;
 
 import cilantro.standard;
@@ -10,25 +10,25 @@ import :points_view;
 
 namespace cilantro {
 
-/// How a type is seen as points. Specialise it for your own point set; one function is asked for:
+/// How a type is viewed as points. Specialise it for your own point set; one function is required:
 ///
 ///     template <> struct cilantro::points_traits<my_scan> {
 ///       static points_view<float, 3> view(const my_scan& s) { return {s.xyz, s.count, 4}; }
 ///     };
 ///
-/// The view must look at the argument's own storage, not at a copy. Three more are used where they
-/// are there: `normals(s)`, a view of one normal a point, of unit length or zero if unknown, or of
-/// none at all; `colors(s)`, a `points_view<float, 3>` of one colour a point, or of none; and
-/// `origin(s)`, a vector in double that is added to all points to have them in the world. With
-/// `mutable_view(s)`, a `mutable_points_view`, functions also write there, as to normals of yours.
+/// The view must look at the argument's own storage, not at a copy. Four more functions are
+/// optional: `normals(s)`, a view of one normal per point, of unit length, or zero if unknown, or
+/// an empty view; `colors(s)`, a `points_view<float, 3>` of one colour per point, or an empty view;
+/// `origin(s)`, a vector in double that is added to all points to get world coordinates; and
+/// `mutable_view(s)`, a `mutable_points_view`, which lets functions write to the points.
 export template <class T>
 struct points_traits;
 
 template <class T>
 concept EigenMatrix = std::derived_from<T, Eigen::MatrixBase<T>>;
 
-/// Whether the coordinates of a point lie next to each other. Row-major matrices, and those with an
-/// inner stride, keep them apart; a matrix of one row has one coordinate per point.
+/// Whether the coordinates of a point lie next to each other in memory. In row-major matrices, and
+/// those with an inner stride, they do not; a matrix of one row has one coordinate per point.
 template <class T>
 concept CoordinatesAreAdjacent = !EigenMatrix<T> || T::RowsAtCompileTime == 1 ||
                                  (!bool(T::IsRowMajor) && T::InnerStrideAtCompileTime == 1);
@@ -36,10 +36,9 @@ concept CoordinatesAreAdjacent = !EigenMatrix<T> || T::RowsAtCompileTime == 1 ||
 template <class T>
 concept CoordinatesAreFloatOrDouble = !EigenMatrix<T> || Scalar<typename T::Scalar>;
 
-/// Points, where an algorithm asks for points: Eigen matrices, maps and blocks with one point per
-/// column; contiguous ranges of `std::array` or of fixed-size Eigen vectors; `points_view`; any
-/// type with `points_traits`. Row-major matrices are not points: their coordinates are not
-/// adjacent.
+/// What an algorithm accepts as points: Eigen matrices, maps and blocks with one point per column;
+/// contiguous ranges of `std::array` or of fixed-size Eigen vectors; `points_view`; any type with
+/// `points_traits`. Row-major matrices are not points: their coordinates are not adjacent.
 export template <class T>
 concept PointsSource = CoordinatesAreAdjacent<std::remove_cvref_t<T>> &&
                        CoordinatesAreFloatOrDouble<std::remove_cvref_t<T>> &&
@@ -47,7 +46,7 @@ concept PointsSource = CoordinatesAreAdjacent<std::remove_cvref_t<T>> &&
                          points_traits<std::remove_cvref_t<T>>::view(source).matrix();
                        };
 
-/// The view type through which a `PointsSource` is seen, its scalar, and its dimension.
+/// The type of the view of a `PointsSource`, its scalar, and its dimension.
 export template <PointsSource T>
 using points_view_of = decltype(points_traits<std::remove_cvref_t<T>>::view(
     std::declval<const std::remove_cvref_t<T>&>()));
@@ -56,33 +55,34 @@ using scalar_of = typename points_view_of<T>::scalar;
 export template <PointsSource T>
 inline constexpr int dimension_of = points_view_of<T>::static_dimension;
 
-/// Whether a temporary `T` only looks at storage that outlives it. True for `points_view`, for
-/// Eigen maps and blocks, and for what `std::ranges` calls borrowed; specialise it for your own
-/// view.
+/// Whether a `T` only looks at storage that outlives it, so that views of a temporary `T` stay
+/// valid. True for `points_view`, for Eigen maps and blocks, and for what `std::ranges` calls
+/// borrowed; specialise it for your own view.
 export template <class T>
 inline constexpr bool enable_borrowed_points = std::ranges::borrowed_range<T>;
 
-/// Points that may be looked at after the call: not a temporary that takes its storage with it.
+/// Points that a view may still look at after the call: not a temporary that owns its storage.
 export template <class T>
 concept BorrowedPoints = PointsSource<T> && (std::is_lvalue_reference_v<T> ||
                                              enable_borrowed_points<std::remove_cvref_t<T>>);
 
-/// The view of `source`. It lives no longer than the storage behind it, so temporaries that own
-/// their points are refused; algorithms that return before that take any `PointsSource` instead.
+/// The view of `source`, valid as long as the storage behind it. Temporaries that own their points
+/// do not compile; algorithms that need the points only during the call take any `PointsSource`
+/// instead.
 export template <BorrowedPoints T>
 [[nodiscard]] auto as_points(T&& source) {
   return points_traits<std::remove_cvref_t<T>>::view(source);
 }
 
-/// The view of `source` for the length of a call, also of a temporary.
+/// The view of `source` for the duration of a call; `source` may be a temporary.
 export template <PointsSource T>
 [[nodiscard]] auto points_in(const T& source [[clang::lifetimebound]]) {
   return points_traits<T>::view(source);
 }
 
-/// Points that a function writes to: those that are not `const`, such as an Eigen matrix, block or
-/// map, a `std::vector` or span of fixed-size points, or a type whose `points_traits` have
-/// `mutable_view`. Temporaries only where they look at storage that outlives them.
+/// Points that a function can write to: an Eigen matrix, block or map, a `std::vector` or span of
+/// fixed-size points, or a type whose `points_traits` have `mutable_view`, if not `const`.
+/// Temporaries only if they look at storage that outlives them.
 export template <class T>
 concept MutablePoints = BorrowedPoints<T> && requires(std::remove_reference_t<T>& target) {
   {
@@ -96,11 +96,11 @@ export template <MutablePoints T>
   return points_traits<std::remove_cvref_t<T>>::mutable_view(target);
 }
 
-/// The dimension whose compiled code serves dimension D: 2, 3, or any at run time.
+/// The library is compiled for 2, 3 and any dimension; this is which of them serves D.
 export template <int D>
 inline constexpr int closed_dimension = D == 2 || D == 3 ? D : dynamic;
 
-/// Points in that dimension, for the length of a call.
+/// The view of `source` in that dimension, for the duration of a call.
 export template <PointsSource T>
 [[nodiscard]] auto closed_points(const T& source)
     -> points_view<scalar_of<T>, closed_dimension<dimension_of<T>>> {
@@ -117,7 +117,7 @@ struct points_traits<mutable_points_view<S, D>> {
   static auto mutable_view(mutable_points_view<S, D> v) { return v; }
 };
 
-/// An Eigen matrix, map or block, seen in its own storage; an expression has none.
+/// An Eigen matrix, map or block with storage of its own, which an expression does not have.
 template <class T>
 concept ColumnMajorMatrix = EigenMatrix<T> && CoordinatesAreAdjacent<T> &&
                             CoordinatesAreFloatOrDouble<T> && requires(const T& m) {
@@ -209,8 +209,7 @@ export template <class R>
 concept IndexRange =
     std::ranges::input_range<R> && std::integral<std::ranges::range_value_t<R>> && !MaskRange<R>;
 
-/// `i` as the library keeps it. Throws `invalid_input`, naming the function `who`, unless there is
-/// such a point of `size`.
+/// `i` as a 32-bit index. Throws `invalid_input`, naming `who`, unless 0 <= i < size.
 export template <std::integral I>
 [[nodiscard]] std::int32_t checked_index(I i, index_t size, const char* who) {
   if (std::cmp_less(i, 0) || std::cmp_greater_equal(i, size))
@@ -219,8 +218,8 @@ export template <std::integral I>
   return static_cast<std::int32_t>(i);
 }
 
-/// Whether every coordinate of `point` is finite. Points that are not are never matched, never
-/// averaged, and counted where a result has a place for the count.
+/// Whether every coordinate of `point` is finite. Throughout the library, points that are not
+/// finite are never matched or averaged; some results report how many there were.
 export template <class Point>
 [[nodiscard]] bool is_finite(const Point& point) {
   return point.allFinite();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Points in somebody's memory, to read and to write.
+// Views of points in memory that they do not own, for reading and for writing.
 export module cilantro.core:points_view;
 
 import cilantro.standard;
@@ -13,10 +13,11 @@ namespace cilantro {
 /// Counts and indexes points. Signed, so that differences and loops downwards are safe.
 export using index_t = std::ptrdiff_t;
 
-/// Indices of points, where a result lists them: 32 bits each, since there are never more points.
+/// A list of indices of points: 32 bits each, since no set has more than 2³¹ − 1 points.
 export using index_list = std::vector<std::int32_t>;
 
-/// A dimension that is known at run time only.
+/// Stands for a dimension in template arguments where it is known only at run time, as
+/// `Eigen::Dynamic` does.
 export inline constexpr int dynamic = -1;
 
 /// The number types that the library computes with.
@@ -26,8 +27,8 @@ concept Scalar = std::same_as<S, float> || std::same_as<S, double>;
 template <int D>
 inline constexpr int storage_order = D == 1 ? Eigen::RowMajor : Eigen::ColMajor;
 
-/// A `Dim × N` matrix that owns points, or one vector a point, one column each. (Eigen wants a
-/// matrix of one row to be row-major; its coordinates are adjacent either way.)
+/// A `Dim × N` matrix that owns points, or vectors that belong to points, one per column. (Eigen
+/// requires a matrix of one row to be row-major; its coordinates are adjacent either way.)
 export template <Scalar S, int D>
 using point_matrix = Eigen::Matrix<S, D, dynamic, storage_order<D>>;
 
@@ -37,16 +38,16 @@ using point_vector = Eigen::Matrix<S, D, 1>;
 
 /// A read-only `Dim × N` matrix of points, one per column, that owns nothing.
 ///
-/// The coordinates of a point are adjacent in memory; consecutive points are `stride()` scalars
-/// apart, so that the xyz of padded xyzw, or of interleaved point–normal records, is seen in place.
-/// Also a random-access range of its columns, so that the standard views compose with it.
-/// Valid while the storage it looks at is alive and not resized. Copying costs four words.
+/// The coordinates of a point are adjacent in memory; consecutive points start `stride()` scalars
+/// apart, so that it can view the xyz of padded xyzw, or of interleaved point–normal records,
+/// without a copy. Also a random-access range of its points, so that the standard views compose
+/// with it. Valid while the storage it looks at is alive and not resized. Copying costs four words.
 export template <Scalar S, int D>
 class points_view {
  public:
   using scalar = S;
   using point_type = Eigen::Map<const point_vector<S, D>>;
-  using value_type = point_vector<S, D>;  ///< What a container keeps of an element: a copy.
+  using value_type = point_vector<S, D>;  ///< A copy of a point, as a container would store it.
   using stride_type = std::conditional_t<D == 1, Eigen::InnerStride<>, Eigen::OuterStride<>>;
   using matrix_type = Eigen::Map<const point_matrix<S, D>, Eigen::Unaligned, stride_type>;
   using iterator = indexed_iterator<points_view>;
@@ -55,7 +56,8 @@ class points_view {
   constexpr points_view() = default;
 
   /// `count` points at `data`, `stride` scalars from the start of one to the start of the next.
-  /// Throws `invalid_input` for a negative count, a stride below D, or no data behind a count.
+  /// Throws `invalid_input` for a negative count, a stride below D, or null data for a count above
+  /// 0.
   constexpr points_view(const S* data, index_t count, index_t stride = D)
     requires(D != dynamic)
       : points_view{data, count, D, stride, checked{}} {}
@@ -65,7 +67,7 @@ class points_view {
     requires(D == dynamic)
       : points_view{data, count, dimension, stride, checked{}} {}
 
-  /// Every fixed dimension can be looked at as one known at run time.
+  /// A view of a fixed dimension converts to one whose dimension is known at run time.
   template <int E>
     requires(D == dynamic && E != dynamic)
   constexpr points_view(points_view<S, E> other)
@@ -75,6 +77,7 @@ class points_view {
   [[nodiscard]] constexpr index_t size() const { return size_; }
   [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
   [[nodiscard]] constexpr index_t dimension() const { return dimension_; }
+  /// The scalars from the start of a point to the start of the next.
   [[nodiscard]] constexpr index_t stride() const { return stride_; }
 
   /// All points as one `Dim × N` Eigen matrix, for linear algebra.
@@ -87,7 +90,7 @@ class points_view {
     return point_type{data_ + i * stride_, dimension_};
   }
 
-  /// `count` points from `first` on. Precondition: they are all there.
+  /// `count` points from `first` on. Precondition: 0 <= first, 0 <= count, first + count <= size().
   [[nodiscard]] constexpr points_view slice(index_t first, index_t count) const {
     points_view part = *this;
     part.data_ += first * stride_;
@@ -116,7 +119,7 @@ class points_view {
 };
 
 /// As `points_view`, of points that may be written to, such as normals that a function turns.
-/// Whoever writes through it does so in the memory it looks at.
+/// Writing to an element changes the memory that it looks at.
 export template <Scalar S, int D>
 class mutable_points_view {
  public:
@@ -141,7 +144,7 @@ class mutable_points_view {
   constexpr mutable_points_view(mutable_points_view<S, E> other)
       : mutable_points_view{other.data(), other.size(), other.dimension(), other.stride()} {}
 
-  /// The same points to read.
+  /// The same points, read-only.
   constexpr operator points_view<S, D>() const {
     return shape_;
   }  // NOLINT: a conversion on purpose
@@ -150,6 +153,7 @@ class mutable_points_view {
   [[nodiscard]] constexpr index_t size() const { return shape_.size(); }
   [[nodiscard]] constexpr bool empty() const { return shape_.empty(); }
   [[nodiscard]] constexpr index_t dimension() const { return shape_.dimension(); }
+  /// The scalars from the start of a point to the start of the next.
   [[nodiscard]] constexpr index_t stride() const { return shape_.stride(); }
 
   /// All points as one `Dim × N` Eigen matrix.

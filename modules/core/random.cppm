@@ -7,13 +7,13 @@ import :points;
 
 namespace cilantro {
 
-/// A stream of random numbers that is a function of a seed and an index: give every point, sample
-/// or restart its own index, and no result depends on the order or the thread in which they are
-/// drawn.
+/// A stream of random numbers that is determined by a seed and an index. Give every point, sample
+/// or restart its own index, and no result depends on the order or the thread in which the numbers
+/// are drawn.
 ///
-/// The same numbers on every compiler and machine, unlike the standard's distributions. Also a
-/// `std::uniform_random_bit_generator`. Not for cryptography.
-/// Source: SplitMix64 (Steele, Lea & Flood 2014), started at a state mixed from seed and index.
+/// The numbers are the same with every compiler and on every machine, unlike those of the standard
+/// distributions. Also a `std::uniform_random_bit_generator`. Not for cryptography. Source:
+/// SplitMix64 (Steele, Lea & Flood 2014), started at a state mixed from seed and index.
 export class random_stream {
  public:
   using result_type = std::uint64_t;
@@ -63,9 +63,9 @@ export class random_stream {
   std::uint64_t state_;
 };
 
-/// `count` different indices out of [0, n), increasing; every such set is equally likely.
-/// Throws `invalid_input` unless 0 <= count <= n. O(count²) up to 256 of them, O(n) beyond.
-/// Source: Floyd's algorithm (Bentley & Floyd 1987).
+/// `count` different indices out of [0, n), increasing; every such set is equally likely. Throws
+/// `invalid_input` unless 0 <= count <= n. O(count²) for counts up to 256, O(n) beyond. Source:
+/// Floyd's algorithm (Bentley & Floyd 1987).
 export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, index_t count,
                                                                  random_stream random) {
   expects(0 <= count && count <= n, "distinct_sample: count must be between 0 and n");
@@ -93,8 +93,8 @@ export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, inde
   return sample;
 }
 
-/// Puts the elements of `range` into an order drawn from `random`; every order is equally likely.
-/// Source: Fisher–Yates, as in Knuth's algorithm P.
+/// Shuffles the elements of `range`, in place; every order is equally likely. Source: Fisher–Yates,
+/// as in Knuth's algorithm P.
 export template <std::ranges::random_access_range R>
   requires std::permutable<std::ranges::iterator_t<R>>
 void shuffle(R&& range, random_stream random) {

@@ -12,12 +12,12 @@ namespace cilantro {
 
 #ifdef CILANTRO_STANDARD_CLOSURES
 
-/// A function of a range, to stand behind `|`: `range | closure` is `closure(range)`, and
-/// `closure | other` is both, one after the other. An adaptor closure as those of the standard
-/// library, so that they go together: `each(f) | std::views::take(3)`.
+/// A function of a range that can stand behind `|`: `range | closure` is `closure(range)`, and
+/// `closure | other` applies both, one after the other. A range adaptor closure as in the standard
+/// library, so that the two can be mixed: `each(f) | std::views::take(3)`.
 export template <class F>
 struct range_closure : std::ranges::range_adaptor_closure<range_closure<F>> {
-  F function;
+  F function;  ///< The function.
 
   constexpr explicit range_closure(F f) : function(std::move(f)) {}
   template <std::ranges::range R>
@@ -29,6 +29,7 @@ struct range_closure : std::ranges::range_adaptor_closure<range_closure<F>> {
 
 #else
 
+/// A function of a range that can stand behind `|`.
 export template <class F>
 struct range_closure;
 template <class T>
@@ -36,12 +37,12 @@ inline constexpr bool is_range_closure = false;
 template <class F>
 inline constexpr bool is_range_closure<range_closure<F>> = true;
 
-/// A function of a range, to stand behind `|`: `range | closure` is `closure(range)`, and
-/// `closure | other` is both, one after the other, where `other` is a closure of this kind or of
+/// A function of a range that can stand behind `|`: `range | closure` is `closure(range)`, and
+/// `closure | other` applies both, one after the other. `other` is a closure of this kind or of
 /// `std::views`: `each(f) | std::views::take(3)`.
 template <class F>
 struct range_closure {
-  F function;
+  F function;  ///< The function.
 
   constexpr explicit range_closure(F f) : function(std::move(f)) {}
   template <std::ranges::range R>

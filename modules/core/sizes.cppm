@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Where matrices of a size known at run time meet fixed ones. Eigen checks that in debug builds
-// only, and otherwise reads or writes beyond the smaller of the two; here it is checked in all.
+// Checks where matrices whose size is known at run time meet matrices of fixed size. Eigen checks
+// this only in debug builds, and otherwise reads or writes beyond the smaller of the two; here it
+// is checked in every build.
 export module cilantro.core:sizes;
 
 import cilantro.standard;
@@ -11,19 +12,19 @@ import :points;
 
 namespace cilantro {
 
-/// Throws `invalid_input` unless a point has as many coordinates as it must.
+/// Throws `invalid_input` unless `found`, the number of coordinates of a point, is `wanted`.
 export inline void expect_coordinates(index_t found, index_t wanted) {
   if (found != wanted)
-    throw invalid_input{"a point has " + std::to_string(found) + " coordinates where " +
-                        std::to_string(wanted) + " are asked for"};
+    throw invalid_input{"a point has " + std::to_string(found) + " coordinates, and " +
+                        std::to_string(wanted) + " are expected"};
 }
 
 template <class V, int D>
 concept VectorOf = EigenMatrix<V> && V::ColsAtCompileTime == 1 &&
                    (D == dynamic || V::RowsAtCompileTime == D || V::RowsAtCompileTime == dynamic);
 
-/// A point or a direction as an argument: any Eigen vector of that scalar, seen in place.
-/// Made of one with another number of coordinates than D, throws `invalid_input`.
+/// A point or a direction as an argument: any Eigen vector of that scalar, viewed without a copy.
+/// Throws `invalid_input` if the vector does not have D coordinates.
 export template <Scalar S, int D>
 class point_ref : public Eigen::Ref<const point_vector<S, D>> {
  public:
@@ -40,7 +41,8 @@ class point_ref : public Eigen::Ref<const point_vector<S, D>> {
   }
 };
 
-/// A point of any scalar in double. Throws `invalid_input` for one of another dimension.
+/// A point of any scalar, converted to double. Throws `invalid_input` unless it has `dimension`
+/// coordinates.
 export template <int D, class V>
   requires VectorOf<V, D> || (D == dynamic && EigenMatrix<V>)
 [[nodiscard]] point_vector<double, D> in_double(const Eigen::MatrixBase<V>& point,
@@ -49,7 +51,7 @@ export template <int D, class V>
   return point.template cast<double>();
 }
 
-/// What can be put into a matrix of type M as far as types say.
+/// A type that can be assigned to a matrix of type M, as far as the types tell.
 template <class V, class M>
 concept MatrixFitFor = std::derived_from<V, Eigen::DenseBase<V>> &&
                        std::same_as<typename V::Scalar, typename M::Scalar> &&
@@ -58,8 +60,8 @@ concept MatrixFitFor = std::derived_from<V, Eigen::DenseBase<V>> &&
                        (V::ColsAtCompileTime == dynamic || M::ColsAtCompileTime == dynamic ||
                         int(V::ColsAtCompileTime) == int(M::ColsAtCompileTime));
 
-/// An Eigen matrix into which nothing of another size is put: `invalid_input` is thrown for a
-/// matrix whose run-time size is not its fixed one, such as N × 3 for `3 × N`.
+/// An Eigen matrix that checks sizes on assignment: throws `invalid_input` for a matrix whose
+/// run-time size does not match its own fixed one, such as N × 3 for `3 × N`.
 export template <class M>
 class sized : public M {
  public:

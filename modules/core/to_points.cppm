@@ -10,7 +10,7 @@ import :sizes;
 
 namespace cilantro {
 
-/// What one element of a range says as a point: an Eigen vector of any kind, or a `std::array`.
+/// How one element of a range is read as a point: an Eigen vector of any kind, or a `std::array`.
 template <class P>
 struct single_point;
 template <Scalar S, std::size_t D>
@@ -35,8 +35,8 @@ concept RangeOfPoints = std::ranges::input_range<R> && requires {
   single_point<std::remove_cvref_t<std::ranges::range_reference_t<R>>>::dimension;
 };
 
-/// Collects the points of any range, such as a view that filters or computes them, in a `Dim × N`
-/// matrix. Throws `invalid_input` if they differ in dimension.
+/// Collects the points of any range, such as a view that filters or computes them, into a `Dim × N`
+/// matrix. Throws `invalid_input` if the points differ in dimension.
 export template <RangeOfPoints R>
 [[nodiscard]] auto to_points(R&& range) {
   using point = single_point<std::remove_cvref_t<std::ranges::range_reference_t<R>>>;
@@ -53,7 +53,7 @@ export template <RangeOfPoints R>
   return point_matrix<S, D>{
       Eigen::Map<const point_matrix<S, D>>{coordinates.data(), dimension, count}};
 }
-/// The same behind `|`: `points | std::views::filter(f) | to_points()`.
+/// The same, to stand behind `|`: `points | std::views::filter(f) | to_points()`.
 export [[nodiscard]] inline auto to_points() {
   return range_closure{
       []<RangeOfPoints R>(R&& range) { return to_points(std::forward<R>(range)); }};

@@ -10,8 +10,8 @@ import :oriented_points;
 namespace cilantro {
 
 /// A map of points `p ↦ linear · p + translation`, of any dimension: every `Eigen::Transform` of
-/// mode `Isometry`, `Affine` or `AffineCompact`, and `run_time_transform`. Transforms of a
-/// registration map the source to the target.
+/// mode `Isometry`, `Affine` or `AffineCompact`, and `run_time_transform`. The transforms that a
+/// registration finds map the source to the target.
 export template <class T>
 concept AffineMap = requires(const T& t) {
   requires Scalar<typename T::Scalar>;
@@ -19,8 +19,8 @@ concept AffineMap = requires(const T& t) {
   { t.translation().size() } -> std::convertible_to<index_t>;
 };
 
-/// What `Eigen::Transform` is for a fixed dimension, for one known at run time, which Eigen has
-/// not. `Mode` is `Eigen::Isometry` for a rigid motion or `Eigen::Affine`.
+/// A counterpart of `Eigen::Transform` for a dimension that is known only at run time, which Eigen
+/// does not have. `Mode` is `Eigen::Isometry` for a rigid motion, or `Eigen::Affine`.
 export template <Scalar S, int Mode>
 class run_time_transform {
  public:
@@ -28,9 +28,9 @@ class run_time_transform {
   using linear_type = Eigen::Matrix<S, dynamic, dynamic>;
   using vector_type = Eigen::Matrix<S, dynamic, 1>;
 
-  /// Of no dimension at all.
+  /// A transform of dimension 0.
   run_time_transform() = default;
-  /// Throws `invalid_input` unless `linear` is square and as large as `translation`.
+  /// Throws `invalid_input` unless `linear` is square and of the dimension of `translation`.
   run_time_transform(linear_type linear, vector_type translation)
       : linear_{std::move(linear)}, translation_{std::move(translation)} {
     expects(linear_.rows() == linear_.cols() && linear_.rows() == translation_.size(),
@@ -40,13 +40,15 @@ class run_time_transform {
     return {linear_type::Identity(dimension, dimension), vector_type::Zero(dimension)};
   }
 
+  /// The linear part, `Dim × Dim`.
   [[nodiscard]] const linear_type& linear() const [[clang::lifetimebound]] { return linear_; }
   [[nodiscard]] linear_type& linear() { return linear_; }
+  /// The translation.
   [[nodiscard]] const vector_type& translation() const [[clang::lifetimebound]] {
     return translation_;
   }
   [[nodiscard]] vector_type& translation() { return translation_; }
-  /// `(Dim + 1) × (Dim + 1)`, for homogeneous coordinates.
+  /// The matrix for homogeneous coordinates, `(Dim + 1) × (Dim + 1)`.
   [[nodiscard]] linear_type matrix() const {
     const index_t d = translation_.size();
     linear_type all = linear_type::Identity(d + 1, d + 1);
@@ -55,7 +57,7 @@ class run_time_transform {
     return all;
   }
 
-  /// First `b`, then `a`.
+  /// The transform that applies `b`, then `a`.
   [[nodiscard]] friend run_time_transform operator*(const run_time_transform& a,
                                                     const run_time_transform& b) {
     expects(a.translation_.size() == b.translation_.size(),
@@ -67,7 +69,7 @@ class run_time_transform {
             "run_time_transform: transform and point differ in dimension");
     return t.linear_ * p + t.translation_;
   }
-  /// Throws `invalid_input` if there is none.
+  /// The inverse. Throws `invalid_input` if there is none.
   [[nodiscard]] run_time_transform inverse() const;
   template <cilantro::Scalar T>
   [[nodiscard]] run_time_transform<T, Mode> cast() const {
@@ -79,13 +81,13 @@ class run_time_transform {
   vector_type translation_;
 };
 
-/// A rotation and a translation: Eigen's own type wherever the dimension is fixed.
+/// A rotation and a translation: Eigen's own type if the dimension is fixed.
 export template <Scalar S, int D>
 using rigid_transform =
     std::conditional_t<D == dynamic, run_time_transform<S, Eigen::Isometry>,
                        Eigen::Transform<S, D == dynamic ? 1 : D, Eigen::Isometry>>;
 
-/// Any linear map and a translation.
+/// Any linear map and a translation: Eigen's own type if the dimension is fixed.
 export template <Scalar S, int D>
 using affine_transform =
     std::conditional_t<D == dynamic, run_time_transform<S, Eigen::Affine>,
@@ -98,11 +100,11 @@ inline constexpr bool is_rigid_map<Eigen::Transform<S, D, Eigen::Isometry, O>> =
 template <Scalar S>
 inline constexpr bool is_rigid_map<run_time_transform<S, Eigen::Isometry>> = true;
 
-/// A map whose type says that it keeps distances.
+/// A map whose type guarantees that it preserves distances.
 export template <class T>
 concept RigidMap = AffineMap<T> && is_rigid_map<T>;
 
-/// The transform that moves nothing, of points with `dimension` coordinates.
+/// The identity, for points with `dimension` coordinates.
 export template <AffineMap T>
 [[nodiscard]] T identity_transform(index_t dimension) {
   expect_from(0, double(dimension), "identity_transform: the dimension");
@@ -126,7 +128,7 @@ export template <AffineMap T, class L, class V>
   return transform;
 }
 
-/// A map of points in its two parts, in S: p ↦ linear · p + translation.
+/// A map of points p ↦ `linear` · p + `translation`, as its two parts.
 export template <Scalar S, int D>
 struct affine_parts {
   Eigen::Matrix<S, D, D> linear;
@@ -146,12 +148,13 @@ struct affine_parts {
 };
 
 /// The rotation nearest to a square matrix in the Frobenius norm: with determinant 1, never a
-/// reflection. Planes of which the matrix says nothing turn as little as possible: a matrix of
-/// zeros gives the identity. Throws `invalid_input` for a matrix that is not square or not finite.
-/// Source: Umeyama 1991, "Least-squares estimation of transformation parameters", lemma.
+/// reflection. Where the matrix does not determine the rotation, it turns as little as possible: a
+/// matrix of zeros gives the identity. Throws `invalid_input` for a matrix that is not square or
+/// not finite. Source: Umeyama 1991, "Least-squares estimation of transformation parameters",
+/// lemma.
 export [[nodiscard]] Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear);
 
-/// The inverse of a square matrix. Throws `invalid_input`, with the words `what`, if there is none.
+/// The inverse of a square matrix. Throws `invalid_input{what}` if there is none.
 export [[nodiscard]] Eigen::MatrixXd checked_inverse(const Eigen::MatrixXd& linear,
                                                      const char* what);
 
@@ -173,14 +176,14 @@ template <Scalar S, int D>
 void apply_affine(points_view<S, D> points, const Eigen::Matrix<S, D, D>& linear,
                   const point_vector<S, D>& translation, mutable_points_view<S, D> out);
 
-/// As above for directions: `linear · n`, brought back to unit length; zero and non-finite ones
-/// stay.
+/// As above for directions: `linear · n`, scaled to unit length; zero and non-finite directions
+/// stay as they are.
 template <Scalar S, int D>
 void apply_to_directions(points_view<S, D> directions, const Eigen::Matrix<S, D, D>& linear,
                          mutable_points_view<S, D> out);
 
-/// `transform · p` for every point p, into `out`, which may be where the points lie: each is then
-/// moved once. Throws `invalid_input` for mismatched sizes.
+/// Writes `transform · p` for every point p to `out`, which may be the points' own storage. Throws
+/// `invalid_input` for mismatched sizes, and for points with an origin.
 export template <PointsSource P, AffineMap T, MutablePoints Out>
   requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
            std::same_as<typename T::Scalar, scalar_of<P>>
@@ -197,7 +200,7 @@ void transform_points(const T& transform, const P& points, Out&& out) {
   apply_affine<S, C>(view, transform.linear(), transform.translation(), target);
 }
 
-/// `transform · p` for every point p, as a new matrix.
+/// Returns `transform · p` for every point p as a new matrix.
 export template <PointsSource P, AffineMap T>
   requires std::same_as<typename T::Scalar, scalar_of<P>>
 [[nodiscard]] auto transform_points(const T& transform, const P& points) {
@@ -207,10 +210,10 @@ export template <PointsSource P, AffineMap T>
   return out;
 }
 
-/// Unit normals of the surface that `transform` moves: the inverse transpose of its linear part
-/// times each normal, brought back to unit length. `out` may be where the normals lie.
-/// Zero normals, which stand for unknown ones, stay zero. Throws `invalid_input` for a transform
-/// that cannot be inverted, or mismatched sizes.
+/// Turns the unit normals of a surface that `transform` moves: multiplies each by the inverse
+/// transpose of the linear part, and scales it to unit length. `out` may be the normals' own
+/// storage. Zero normals, which stand for unknown ones, stay zero. Throws `invalid_input` for a
+/// transform that cannot be inverted, or mismatched sizes.
 export template <PointwiseVectors P, AffineMap T, MutablePoints Out>
   requires std::same_as<points_view_of<Out>, points_view_of<P>> &&
            std::same_as<typename T::Scalar, scalar_of<P>>

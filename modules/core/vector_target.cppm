@@ -5,26 +5,26 @@ import cilantro.standard;
 
 namespace cilantro {
 
-/// The vector instructions that the library's inner loops are compiled for. Results do not depend
-/// on them, to the last bit.
+/// The vector instructions that the library's inner loops use. Results are the same with all of
+/// them, to the last bit.
 export enum class vector_target {
-  baseline,  ///< What every machine of the architecture has: SSE2, or NEON.
-  avx2,
-  avx512  ///< F, BW, DQ and VL.
+  baseline,  ///< Those of every machine of the architecture: SSE2 or NEON.
+  avx2,      ///< AVX2.
+  avx512     ///< AVX-512 F, BW, DQ and VL.
 };
 
-/// "baseline", "avx2" or "avx512".
+/// The name of a target: "baseline", "avx2" or "avx512".
 export [[nodiscard]] std::string_view name_of(vector_target target);
 
-/// Whether this machine has it, and the library was built for its architecture.
+/// Whether this machine has these instructions, and the library was built for its architecture.
 export [[nodiscard]] bool is_available(vector_target target);
 
-/// The one in use: the widest that is available and not wider than what the environment variable
-/// `CILANTRO_VECTOR_TARGET`, if there is one, names.
+/// The target in use: the widest that is available, and no wider than the one named by the
+/// environment variable `CILANTRO_VECTOR_TARGET`, if it is set.
 export [[nodiscard]] vector_target current_vector_target();
 
-/// From now on, uses `target`, for measuring and testing. Not while other calls are running.
-/// Throws `invalid_input` if it is not available.
+/// Uses `target` from now on, for measuring and testing. Must not be called while other calls into
+/// the library are running. Throws `invalid_input` if the target is not available.
 export void use_vector_target(vector_target target);
 
 }  // namespace cilantro

@@ -9,11 +9,11 @@ import :voxel_grid;
 
 namespace cilantro {
 
-/// Decides what a cell gathers: indices, sums, normals, colours, a histogram.
+/// What a cell gathers from its points: indices, sums, normals, colours, a histogram.
 ///
-/// Semantics: each cell begins with a copy of the same empty accumulator; `add(i)` takes point i,
-/// and `merge(other)` takes what another one has gathered from points that come after its own. An
-/// accumulator is used by one thread at a time, and several by several threads at once.
+/// Semantics: each cell begins with a copy of the same empty accumulator; `add(i)` adds point i,
+/// and `merge(later)` adds what another accumulator has gathered from later points. Each
+/// accumulator is used by one thread at a time, but different ones by several threads at once.
 /// Models: `index_accumulator`, `mean_accumulator`, `direction_accumulator`; any struct like them.
 export template <class A>
 concept GridAccumulator =
@@ -22,17 +22,19 @@ concept GridAccumulator =
       accumulator.merge(later);
     };
 
-/// Members that a thread gathers at a time. It depends on nothing, and so where a large cell is cut
-/// does not either.
+/// How many members a thread gathers at a time. A constant, so that large cells are split in the
+/// same places on every machine.
 inline constexpr index_t accumulation_block = 4096;
 
-/// What each group gathers, in their order, beginning with copies of `empty`. In parallel, also
-/// within a group, and without locks; the same bits for any number of threads.
+/// Gathers the members of each group into a copy of `empty`, and returns these in the order of the
+/// groups. In parallel, even within a group, and without locks; the same bits for any number of
+/// threads.
 export template <GridAccumulator A>
 [[nodiscard]] std::vector<A> accumulate(const point_groups& groups, const A& empty,
                                         const execution& how = {}) {
   std::vector<A> gathered(static_cast<std::size_t>(groups.size()), empty);
-  // A group that a block goes on with is gathered apart, and merged afterwards, in order.
+  // If a group continues into a block, its members there are gathered separately, and merged
+  // afterwards, in order.
   struct continuation {
     index_t group = -1;
     std::vector<A> gathered;
@@ -59,7 +61,7 @@ export template <GridAccumulator A>
   return gathered;
 }
 
-/// What each cell of a grid gathers, in the order of its cells.
+/// As above, for the cells of a grid, in their order.
 export template <Scalar S, int D, GridAccumulator A>
 [[nodiscard]] std::vector<A> accumulate(const voxel_grid<S, D>& grid, const A& empty,
                                         const execution& how = {}) {
@@ -68,14 +70,14 @@ export template <Scalar S, int D, GridAccumulator A>
 
 /// Gathers the indices of the points, ascending.
 export struct index_accumulator {
-  std::vector<index_t> indices;
+  std::vector<index_t> indices;  ///< Ascending.
   void add(index_t i) { indices.push_back(i); }
   void merge(const index_accumulator& later) {
     indices.insert(indices.end(), later.indices.begin(), later.indices.end());
   }
 };
 
-/// Gathers the mean of columns, such as points or colours. Those that are not finite do not count.
+/// Computes the mean of columns, such as points or colours, leaving out those that are not finite.
 export template <Scalar S, int D>
 class mean_accumulator {
  public:
@@ -94,8 +96,9 @@ class mean_accumulator {
     sum_ += later.sum_;
     count_ += later.count_;
   }
+  /// The number of finite columns.
   [[nodiscard]] index_t count() const { return count_; }
-  /// NaN if nothing counts.
+  /// The mean; NaN if there was no finite column.
   [[nodiscard]] point_vector<S, D> mean() const {
     return (sum_ / double(count_)).template cast<S>();
   }
@@ -108,9 +111,9 @@ class mean_accumulator {
 export template <PointsSource P>
 mean_accumulator(P&&) -> mean_accumulator<scalar_of<P>, dimension_of<P>>;
 
-/// Gathers the mean direction of unit vectors, each turned to the side of the first before it is
-/// added, and in a cell of thousands, that is gathered in parts, to the side of the first of its
-/// part. Those that are zero or not finite do not count.
+/// Computes the mean direction of unit vectors, leaving out those that are zero or not finite. Each
+/// is flipped to the side of the first before it is added; in a cell of thousands, which is
+/// gathered in parts, to the side of the first of its part.
 export template <Scalar S, int D>
 class direction_accumulator {
  public:
@@ -128,7 +131,7 @@ class direction_accumulator {
   void merge(const direction_accumulator& later) {
     if (later.first_ >= 0) add(later.sum_, later.first_);
   }
-  /// At unit length; zero where no direction is known, or where they cancel.
+  /// The mean at unit length; zero if no direction is known, or if they cancel.
   [[nodiscard]] point_vector<S, D> direction() const {
     const double length = sum_.norm();
     // Unit vectors that cancel leave their rounding behind, which is no direction.

@@ -10,10 +10,10 @@ import :moments;
 
 namespace cilantro {
 
-/// Tests a covariance estimator of yours on `points`: that it answers alike when asked twice, that
-/// its covariance is symmetric and has no negative variance, that its mean lies among the points,
-/// and that points which are not finite change nothing but the count.
-/// Returns a sentence for each violation. Give at least a few dozen finite points.
+/// Tests a covariance estimator of yours on `points`: that it gives the same result when called
+/// twice, that its covariance is symmetric and has no negative variance, that its mean lies within
+/// the bounding box of the points, and that a point that is not finite changes nothing. Returns a
+/// sentence for each rule that is broken. Give at least a few dozen finite points.
 export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
 [[nodiscard]] std::vector<std::string> check_covariance_estimator(const E& estimate,
                                                                   const P& points) {
@@ -30,11 +30,13 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
     if (is_finite(view[i])) finite.push_back(static_cast<std::int32_t>(i));
   const std::span<const std::int32_t> all{finite};
   const result found = estimate(view, all), again = estimate(view, all);
-  expect(found.has_value() == again.has_value(), "it answers differently when asked twice");
-  expect(!result{estimate(view, all.first(0))} || finite.empty(), "it has an answer for no points");
+  expect(found.has_value() == again.has_value(),
+         "two calls with the same arguments give different results");
+  expect(!result{estimate(view, all.first(0))} || finite.empty(),
+         "it returns a result for no points");
   if (!found || !again) return violations;
   expect(found->mean == again->mean && found->covariance == again->covariance,
-         "it answers differently when asked twice");
+         "two calls with the same arguments give different results");
   expect(found->count > 0 && found->count <= std::ssize(finite),
          "it counts more points than there are");
   expect(found->covariance == found->covariance.transpose(), "the covariance is not symmetric");
@@ -45,7 +47,8 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
       low = std::min(low, view[i][d]);
       high = std::max(high, view[i][d]);
     }
-    expect(found->mean[d] >= low && found->mean[d] <= high, "the mean is not among the points");
+    expect(found->mean[d] >= low && found->mean[d] <= high,
+           "the mean is outside the bounding box of the points");
   }
 
   // The same with a point of NaN at the end.
@@ -55,13 +58,13 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
   finite.push_back(static_cast<std::int32_t>(view.size()));
   const result with_nan = estimate(as_points(spoilt), std::span<const std::int32_t>{finite});
   expect(with_nan && with_nan->covariance == found->covariance && with_nan->mean == found->mean,
-         "a point that is not finite changes the answer");
+         "a point that is not finite changes the result");
   return violations;
 }
 
-/// Tests a grid accumulator of yours: that gathering points 0 to `count` − 1 at once, in parts that
-/// are merged, and into a copy that was made halfway gives the same, as `result(accumulator)`
-/// tells. Returns a sentence for each violation.
+/// Tests a grid accumulator of yours: that gathering points 0 to `count` − 1 gives the same
+/// `result(accumulator)` if they are added one after another, added in two parts that are merged,
+/// or added to a copy that was made halfway. Returns a sentence for each rule that is broken.
 export template <GridAccumulator A, class F>
   requires std::invocable<const F&, const A&>
 [[nodiscard]] std::vector<std::string> check_grid_accumulator(const A& empty, index_t count,
@@ -75,12 +78,12 @@ export template <GridAccumulator A, class F>
     const A copy = first;
     first.merge(second);
     if (!(result(first) == result(at_once)))
-      violations.push_back("gathered in parts of " + std::to_string(cut) + " and " +
-                           std::to_string(count - cut) + " it is not what it is at once");
+      violations.push_back("gathering in parts of " + std::to_string(cut) + " and " +
+                           std::to_string(count - cut) + " gives another result than at once");
     A resumed = copy;
     for (index_t i = cut; i < count; ++i) resumed.add(i);
     if (!(result(resumed) == result(at_once)))
-      violations.emplace_back("a copy does not go on where the original was");
+      violations.emplace_back("a copy does not continue where the original was");
   }
   return violations;
 }

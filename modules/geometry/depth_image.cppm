@@ -7,20 +7,20 @@ import :camera;
 
 namespace cilantro {
 
-/// Turns what a sensor stores in a pixel into a depth: the distance z ahead of the camera in
-/// metres, not that along the ray. A function of the pixel's value; zero, negative and non-finite
-/// results mean that nothing is known. Pure, and called from several threads at once.
-/// Models: `depth_scale`, `truncated_depth`, `disparity`; any lambda.
+/// Converts the value that a sensor stores in a pixel to a depth: the distance z ahead of the
+/// camera in metres, not the distance along the ray. A function of the pixel's value; zero,
+/// negative and non-finite results mean that the depth is unknown. Pure, and called from several
+/// threads at once. Models: `depth_scale`, `truncated_depth`, `disparity`; any lambda.
 export template <class F, class Pixel>
 concept DepthConverter = requires(const F& convert, const Pixel& pixel) {
   { convert(pixel) } -> std::convertible_to<double>;
 };
 
-/// Depth in multiples of a unit, of which a metre has so many: 1000 for millimetres, 5000 in the
-/// TUM data. Where nothing else is said, integers are millimetres and floating numbers metres. In
-/// integers, 0 and the largest value are what sensors store where they have measured nothing.
+/// Depth in multiples of a unit. By default, integers are millimetres and floating-point numbers
+/// metres. In integers, 0 and the largest value mean unknown, since sensors store these where they
+/// have measured nothing.
 export struct depth_scale {
-  std::optional<positive> units_per_metre = {};
+  std::optional<positive> units_per_metre = {};  ///< 1000 for millimetres, 5000 in the TUM data.
 
   template <class Pixel>
   [[nodiscard]] double operator()(Pixel value) const {
@@ -33,11 +33,12 @@ export struct depth_scale {
   }
 };
 
-/// What another converter says, if it is neither nearer than `nearest` nor beyond `farthest`.
+/// The depth of another converter, if it is from `nearest` to `farthest`; otherwise unknown.
 export template <class F = depth_scale>
 class truncated_depth {
  public:
-  /// In metres. Throws `invalid_input` unless `nearest` is at most `farthest`.
+  /// Both limits are in metres, and inclusive. Throws `invalid_input` unless `nearest` <=
+  /// `farthest`.
   truncated_depth(double nearest, double farthest, F convert = {})
       : nearest_{nearest}, farthest_{farthest}, convert_{std::move(convert)} {
     expects(nearest <= farthest,
@@ -69,7 +70,7 @@ export struct disparity {
   }
 };
 
-/// The depth of each pixel in metres, 0 where nothing is known. In parallel.
+/// The depth of each pixel in metres, 0 where it is unknown. In parallel.
 export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>
 [[nodiscard]] image<S> to_depth(const I& stored, const F& convert = {}, const execution& how = {}) {
   const image_view view{stored};
@@ -88,36 +89,35 @@ template <Scalar S>
 point_matrix<S, 3> closed_unproject(const image<S>& depth, const pinhole_camera<S>& camera,
                                     const execution& how);
 
-/// The points that a depth image shows, in world coordinates: one a pixel, row by row, NaN where
-/// the image says nothing, so that the neighbours of a pixel stay its neighbours; `remove_invalid`
-/// makes them compact. By default integers are millimetres, and floating pixels metres.
-/// Throws `invalid_input` if image and camera differ in size, or for focal lengths that are not
-/// positive. Memory beside the result: one scalar a pixel.
+/// The points that a depth image shows, in world coordinates: one per pixel, row by row, NaN where
+/// the depth is unknown, so that neighbouring pixels can be found by their indices;
+/// `remove_invalid` drops the unknown ones. By default, integers are millimetres and floating-point
+/// pixels metres. Throws `invalid_input` if image and camera differ in size, or for focal lengths
+/// that are not positive. Memory beside the result: one scalar per pixel.
 export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>
 [[nodiscard]] point_matrix<S, 3> unproject(const I& depth, const pinhole_camera<S>& camera,
                                            const F& convert = {}, const execution& how = {}) {
   return closed_unproject<S>(to_depth<S>(depth, convert, how), camera, how);
 }
 
-/// The same without the pixels that say nothing: the points that are known, in their order, of a
-/// depth image in metres. Throws as `unproject` does.
+/// As `unproject`, without the pixels that have no depth. The image is in metres.
 export template <Scalar S>
 [[nodiscard]] point_matrix<S, 3> unproject_known(const image<S>& depth,
                                                  const pinhole_camera<S>& camera,
                                                  const execution& how = {});
 
-/// Normals of organised points of one camera: the cross product of the differences between the
-/// neighbours of a pixel to the right and left, and below and above, at unit length and turned to
-/// the camera. Zero at the border of the image, and where a pixel or one of its four neighbours
-/// knows nothing. Throws `invalid_input` unless there is one point a pixel.
-/// Source: Holzer et al. 2012, "Adaptive neighborhood selection", section III, without smoothing.
+/// Normals of the organised points of one camera: for each pixel, the cross product of the
+/// differences between its right and left and its lower and upper neighbour, at unit length and
+/// turned towards the camera. Zero at the border of the image, and where the pixel or one of its
+/// four neighbours is unknown. Throws `invalid_input` unless there is one point per pixel. Source:
+/// Holzer et al. 2012, "Adaptive neighborhood selection", section III, without smoothing.
 export template <Scalar S>
 [[nodiscard]] point_matrix<S, 3> organized_normals(const point_matrix<S, 3>& points,
                                                    const pinhole_camera<S>& camera,
                                                    const execution& how = {});
 
-/// Depth in metres as 16-bit multiples of a unit, rounded to the nearest; 0 for what is unknown or
-/// too far to be stored.
+/// Converts depth in metres to 16-bit multiples of a unit, rounded to the nearest; 0 where the
+/// depth is unknown or too large.
 export template <Scalar S>
 [[nodiscard]] image<std::uint16_t> quantize_depth(const image<S>& depth,
                                                   positive units_per_metre = 1000);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.geometry: what a set of points looks like locally and as a whole.
+// cilantro.geometry: the shape of a set of points, locally and as a whole: normals, moments, grids,
+// outliers, depth images, primitives.
 export module cilantro.geometry;
 
 export import cilantro.core;

@@ -7,10 +7,10 @@ import cilantro.search;
 
 namespace cilantro {
 
-/// Some of the points 0 to N − 1, sorted into groups: the members of group g are the entries
-/// `offsets[g]` to `offsets[g + 1]` of `members`, ascending. A range of them.
+/// Some of the points 0 to N − 1, sorted into groups: the members of group g are the entries from
+/// `offsets[g]` to before `offsets[g + 1]` of `members`, ascending. A range of groups.
 export struct point_groups {
-  std::vector<index_t> offsets = {0};
+  std::vector<index_t> offsets = {0};  ///< One more than there are groups.
   buffer<std::int32_t> members;
 
   [[nodiscard]] index_t size() const { return std::ssize(offsets) - 1; }
@@ -33,7 +33,7 @@ template <Scalar S, int D>
 point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const point_groups& groups,
                                            const execution& how);
 
-/// The mean of each group of columns, `Dim × groups`. Columns that are not finite do not count; a
+/// The mean of each group of columns, `Dim × groups`. Columns that are not finite are left out; a
 /// group of only such columns gets NaN. Summed in double and in the order of the points.
 export template <PointsSource P>
 [[nodiscard]] auto group_means(const P& values, const point_groups& groups,
@@ -43,7 +43,7 @@ export template <PointsSource P>
 }
 
 /// The mean direction of each group of unit vectors, `Dim × groups`, at unit length. Directions are
-/// turned to the side of the first one of their group before they are added, since normals of one
+/// flipped to the side of the first one of their group before they are added, since normals of one
 /// surface may be oriented either way. Zero where no direction is known, or where they cancel.
 export template <PointwiseVectors P>
 [[nodiscard]] auto group_directions(const P& directions, const point_groups& groups,

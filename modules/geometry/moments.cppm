@@ -7,11 +7,11 @@ import cilantro.search;
 
 namespace cilantro {
 
-/// Mean and covariance of some points. The latter in double, since squares of numbers that float
-/// holds may be too large for it, or vanish.
+/// The mean and covariance of some points. The covariance is in double, since squares of floats can
+/// overflow or underflow.
 export template <Scalar S, int D>
 struct moments {
-  index_t count = 0;                       ///< The points that entered: those that are finite.
+  index_t count = 0;                       ///< The number of finite points.
   point_vector<S, D> mean;                 ///< In the units of the points.
   Eigen::Matrix<double, D, D> covariance;  ///< Divided by count − 1; zero for a single point.
 };
@@ -28,9 +28,9 @@ std::optional<moments<S, D>> with_dimension(const std::optional<moments<S, C>>& 
   return moments<S, D>{found->count, found->mean, found->covariance};
 }
 
-/// Mean and covariance of all `points`; nothing if none of them is finite. Non-finite ones are left
-/// out. The sums are taken in double and around a point of the set, so that points far from the
-/// origin lose nothing. O(N·D²); the same bits for any number of threads.
+/// The mean and covariance of all `points`; nothing if none of them is finite. Non-finite points
+/// are left out. Summed in double and relative to a point of the set, so that points far from the
+/// origin lose no digits. O(N·D²); the same bits for any number of threads.
 export template <PointsSource P>
 [[nodiscard]] auto mean_and_covariance(const P& points, const execution& how = {})
     -> std::optional<moments<scalar_of<P>, dimension_of<P>>> {
@@ -38,8 +38,8 @@ export template <PointsSource P>
   return with_dimension<scalar_of<P>, D>(closed_moments(closed_points(points), how));
 }
 
-/// As above, of the points with the given indices, which may repeat.
-/// Throws `invalid_input` for an index that is out of range.
+/// As above, for the points with the given indices, which may repeat. Throws `invalid_input` for an
+/// index that is out of range.
 export template <PointsSource P, IndexRange R>
 [[nodiscard]] auto mean_and_covariance(const P& points, R&& indices)
     -> std::optional<moments<scalar_of<P>, dimension_of<P>>> {
@@ -52,7 +52,7 @@ export template <PointsSource P, IndexRange R>
       view, std::span<const std::int32_t>{checked}));
 }
 
-/// As above, of the neighbours that a search found among `points`.
+/// As above, for the neighbours that a search found among `points`.
 export template <PointsSource P>
 [[nodiscard]] auto mean_and_covariance(const P& points, const neighborhood<scalar_of<P>>& near) {
   return mean_and_covariance(points, near.indices());

@@ -9,6 +9,7 @@ import :moments;
 
 namespace cilantro {
 
+/// Options of `estimate_normals` and `write_normals`.
 export struct normals_options {
   /// Normals are turned towards this point. Without one, the largest component of each is positive.
   std::optional<coordinates> viewpoint = {};
@@ -22,7 +23,7 @@ struct normals_result {
   point_matrix<S, D> normals;              ///< `Dim × N` unit vectors; zero where undetermined.
   Eigen::Matrix<S, dynamic, 1> curvature;  ///< λ₀ / Σλ in [0, 1/Dim]; zero where undetermined.
 
-  /// How many normals the neighbours did not determine.
+  /// The number of normals that the neighbours do not determine.
   [[nodiscard]] index_t undetermined() const {
     index_t count = 0;
     for (index_t i = 0; i < normals.cols(); ++i) count += normals.col(i).isZero(0);
@@ -30,15 +31,15 @@ struct normals_result {
   }
 };
 
-/// Where normals are written to, and curvatures unless that is null.
+/// Where normals are written to, and curvatures unless `curvature` is null.
 template <Scalar S, int D>
 struct normals_target {
   mutable_points_view<S, D> normals;
   S* curvature = nullptr;
 };
 
-/// `Near` is what neighbourhoods are wanted, or what they are. An `estimate` is one of the closed
-/// dimension of a space.
+/// `Near` is a specification of neighbourhoods, or neighbourhoods. `estimate` is for the closed
+/// dimension of the points.
 template <Scalar S, int D, class Near>
 void closed_normals(points_view<S, D> points, const Near& near, const normals_options& options,
                     const normals_target<S, D>& out);
@@ -72,15 +73,15 @@ void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint
 /// The normal of the surface at every point: the direction in which its neighbours, the point
 /// itself among them, vary least; and the curvature, the share of the variance in that direction.
 ///
-/// Undetermined, with a zero normal and zero curvature, are points that are not finite, that have
-/// fewer than Dim neighbours, or whose neighbours lie on a line (in general: vary in fewer than
-/// Dim − 1 directions by more than the rounding of their coordinates).
-/// Throws `invalid_input` for a viewpoint of another dimension, or one that is not finite, and for
-/// fewer than Dim neighbours, which are never enough.
-/// Builds a kd-tree; O(N (log N + k D²)). The same bits for any number of threads; neighbours
-/// within a radius are added up in the order in which they are found. Memory beside the result: the
-/// tree, and the neighbourhoods of 256 points a thread. Source: Hoppe et al. 1992, section 3.2; the
-/// curvature is the surface variation of Pauly, Gross & Kobbelt 2002, equation 5.
+/// The result is undetermined, with a zero normal and zero curvature, for points that are not
+/// finite, that have fewer than Dim neighbours, or whose neighbours lie on a line (in general: vary
+/// in fewer than Dim − 1 directions by more than the rounding of their coordinates). Throws
+/// `invalid_input` for a viewpoint of another dimension, or one that is not finite, and for a
+/// specification of fewer than Dim neighbours, which would never be enough. Builds a kd-tree; O(N
+/// (log N + k D²)). The same bits for any number of threads; neighbours within a radius are summed
+/// in the order in which they are found. Memory beside the result: the tree, and the neighbourhoods
+/// of 256 points per thread. Source: Hoppe et al. 1992, section 3.2; the curvature is the surface
+/// variation of Pauly, Gross & Kobbelt 2002, equation 5.
 export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec,
                                     const normals_options& options = {})
@@ -90,8 +91,8 @@ export template <PointsSource P>
   });
 }
 
-/// As above, from neighbourhoods found by any searcher, one per point.
-/// Throws `invalid_input` unless there is one per point and their indices are of `points`.
+/// As above, from neighbourhoods that any searcher has found. Throws `invalid_input` unless there
+/// is one per point and their indices are within `points`.
 export template <PointsSource P>
 [[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
                                     const normals_options& options = {})
@@ -101,9 +102,9 @@ export template <PointsSource P>
   });
 }
 
-/// As above, into memory of yours, without the curvatures: `normals` has one column a point, and is
-/// not where the points are. `near` is a specification, or neighbourhoods. If an exception is
-/// thrown after the sizes have been checked, what `normals` holds is not specified.
+/// As above, into memory of yours, without the curvatures: `normals` has one column per point, and
+/// must not overlap the points. `near` is a specification, or neighbourhoods. If an exception is
+/// thrown after the sizes have been checked, the contents of `normals` are unspecified.
 export template <MutablePoints N, PointsSource P, class Near>
   requires std::same_as<points_view_of<N>, points_view_of<P>> &&
            (std::convertible_to<const Near&, neighborhood_spec> ||
@@ -125,7 +126,7 @@ void write_normals(N&& normals, const P& points, const Near& near,
     closed_normals(view, neighborhood_spec{near}, options, normals_target<S, C>{out});
 }
 
-/// The normals whose covariances `estimate` finds.
+/// The normals from covariances that `estimate` finds.
 template <PointsSource P, class Near, class E>
 [[nodiscard]] auto normals_by(const P& points, const Near& near, const E& estimate,
                               const normals_options& options)
@@ -142,8 +143,8 @@ template <PointsSource P, class Near, class E>
 }
 
 /// As above, from the covariance that an estimator of yours finds for each neighbourhood: robust
-/// normals are `estimate_normals(points, knn{30}, minimum_covariance_determinant{})`. Undetermined
-/// are also the points for which it has no answer.
+/// normals are `estimate_normals(points, knn{30}, minimum_covariance_determinant{})`. Points for
+/// which the estimator has no result are undetermined, too.
 export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
 [[nodiscard]] auto estimate_normals(const P& points, neighborhood_spec spec, const E& estimate,
                                     const normals_options& options = {})
@@ -151,7 +152,7 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
   return normals_by(points, spec, estimate, options);
 }
 
-/// As above, of neighbourhoods that are known.
+/// As above, from neighbourhoods that any searcher has found.
 export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<P>> E>
 [[nodiscard]] auto estimate_normals(const P& points, const neighborhoods<scalar_of<P>>& near,
                                     const E& estimate, const normals_options& options = {})
@@ -159,8 +160,8 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
   return normals_by(points, near, estimate, options);
 }
 
-/// Turns each normal, in place, so that it points from its point towards `viewpoint`.
-/// Throws `invalid_input` for mismatched sizes or dimensions.
+/// Flips each normal, in place, where needed, so that it points from its point towards `viewpoint`.
+/// Throws `invalid_input` for mismatched sizes or dimensions, and for points with an origin.
 export template <MutablePoints N, PointsSource P>
   requires std::same_as<points_view_of<N>, points_view_of<P>>
 void orient_to_viewpoint(N&& normals, const P& points, const coordinates& viewpoint) {
@@ -176,8 +177,8 @@ void orient_to_viewpoint(N&& normals, const P& points, const coordinates& viewpo
   closed_orient(view, &eye, out);
 }
 
-/// Turns each normal, in place, to the side on which the reference normal of its point is.
-/// Throws `invalid_input` for mismatched sizes.
+/// Flips each normal, in place, where needed, to the side to which the reference normal of its
+/// point points. Throws `invalid_input` for mismatched sizes.
 export template <MutablePoints N, PointwiseVectors R>
   requires std::same_as<points_view_of<N>, points_view_of<R>>
 void orient_to_reference(N&& normals, const R& reference) {

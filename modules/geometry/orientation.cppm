@@ -13,22 +13,23 @@ index_t closed_orient_consistently(points_view<S, D> points, const Near& near,
                                    const point_vector<S, D>* viewpoint,
                                    mutable_points_view<S, D> normals);
 
+/// Options of `orient_consistently`.
 export struct orientation_options {
-  /// Each connected part of the surface is turned so that the normal nearest to this point points
-  /// towards it. Without one, so that the normal of the point that is highest along the last axis
-  /// points up.
+  /// In each connected part of the surface, the normal nearest to this point is made to point
+  /// towards it. Without a viewpoint, the normal of the point that is highest along the last axis
+  /// is made to point up.
   std::optional<coordinates> viewpoint = {};
 };
 
-/// Turns normals, in place, so that neighbours agree over the whole surface: along a minimum
-/// spanning tree of a neighbour graph, whose edges cost 1 − |nᵢ · nⱼ|, so that the sides are
-/// carried over flat places and not over edges. Returns the number of connected parts.
+/// Flips normals, in place, so that neighbours agree over the whole surface: follows a minimum
+/// spanning tree of a neighbour graph whose edges cost 1 − |nᵢ · nⱼ|, so that orientation spreads
+/// across flat regions rather than across sharp edges. Returns the number of connected parts.
 ///
-/// `near` is a specification, or neighbourhoods of the points, whose directions do not matter. Zero
-/// normals, which stand for unknown ones, stay zero and carry nothing. Throws `invalid_input` for
-/// mismatched sizes, and a neighbour that is not one of the points. O(E log E); memory: about 12
-/// bytes an edge, and 30 a point.
-/// Source: Hoppe et al. 1992, section 3.3.
+/// `near` is a specification, or neighbourhoods of the points, whose edges count in both
+/// directions. Zero normals, which stand for unknown ones, stay zero, and nothing spreads across
+/// them. Throws `invalid_input` for mismatched sizes, and for a neighbour that is not one of the
+/// points. O(E log E); memory: about 12 bytes per edge and 30 per point. Source: Hoppe et al. 1992,
+/// section 3.3.
 export template <MutablePoints N, PointsSource P, class Near>
   requires std::same_as<points_view_of<N>, points_view_of<P>> &&
            (std::convertible_to<const Near&, neighborhood_spec> ||

@@ -7,10 +7,11 @@ import :camera;
 
 namespace cilantro {
 
-/// How points are projected.
+/// Options of `project` and `project_depth`.
 export struct projection_options {
-  /// The edge of the square, facing the camera, that a point covers, in metres. At 0 it covers the
-  /// one pixel that it falls into; the size of the voxels leaves no gaps in a downsampled cloud.
+  /// Each point covers a square with this edge, in metres, that faces the camera. At 0, it covers
+  /// only the pixel that it falls into. For a downsampled cloud, the size of the voxels leaves no
+  /// gaps.
   double point_size = 0;
   int threads = 0;
   task_monitor monitor = {};
@@ -23,10 +24,10 @@ template <Scalar S>
 image<S> closed_depth_of(points_view<S, 3> points, const image<std::int32_t>& seen,
                          const pinhole_camera<S>& camera);
 
-/// Which point is seen in each pixel: the index of the nearest one that covers it, −1 where there
-/// is none. Points behind the camera, outside the image, or not finite are not seen; of two at the
-/// same depth it is the first, for any number of threads. Throws `invalid_input` for focal lengths
-/// that are not positive, or a negative point size.
+/// Which point each pixel shows: the index of the nearest point that covers it, −1 where there is
+/// none. Points behind the camera, outside the image, or not finite are not shown; of two at the
+/// same depth, the one with the smaller index is, for any number of threads. Throws `invalid_input`
+/// for focal lengths that are not positive, or a negative point size.
 export template <PointsSource P>
   requires(dimension_of<P> == 3)
 [[nodiscard]] image<std::int32_t> project(const P& points,
@@ -36,7 +37,7 @@ export template <PointsSource P>
   return closed_project<scalar_of<P>>(points_in(points), camera, options);
 }
 
-/// The depth in metres of the point that is seen in each pixel, 0 where there is none.
+/// The depth in metres of the point that each pixel shows, 0 where there is none.
 export template <PointsSource P>
   requires(dimension_of<P> == 3)
 [[nodiscard]] image<scalar_of<P>> project_depth(const P& points,
@@ -48,8 +49,8 @@ export template <PointsSource P>
                                        camera);
 }
 
-/// A picture of what belongs to the points that are seen: `value(i)` of point i, `background`
-/// where there is none.
+/// A picture of the points that `project` has found: `value(i)` where a pixel shows point i,
+/// `background` where it shows none.
 export template <class F>
   requires std::invocable<const F&, index_t>
 [[nodiscard]] auto paint(

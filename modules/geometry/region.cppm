@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Parts of space, by what they contain.
+// Parts of space, defined by the points that they contain.
 export module cilantro.geometry:region;
 
 import cilantro.standard;
@@ -8,13 +8,13 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A part of space of dimension D: a struct with `contains(point)`, or a predicate, of a point in
-/// double in the coordinates of the world.
+/// A part of space of dimension D: a struct with `contains(point)`, or a predicate. The point is in
+/// double and in world coordinates.
 ///
-/// Semantics: pure, and called from several threads at once. A point that is not finite is never
-/// asked for. Optional: `check(dimension)` throws `invalid_input` for a region that makes no sense,
-/// or not for points of that dimension; it is called once, before `contains`.
-/// Models: `box`, `ball`, `half_space`, `half_spaces`; a lambda.
+/// Semantics: pure, and called from several threads at once. It is never called for a point that is
+/// not finite. Optional: `check(dimension)` throws `invalid_input` for a region that makes no
+/// sense, or not for points of that dimension; it is called once, before `contains`. Models: `box`,
+/// `ball`, `half_space`, `half_spaces`; a lambda.
 export template <class R, int D>
 concept Region = requires(const R& region, const point_vector<double, D>& point) {
   { region.contains(point) } -> std::convertible_to<bool>;
@@ -29,7 +29,7 @@ export template <int D, Region<D> R>
     return std::invoke(region, point);
 }
 
-/// The points from one corner to the opposite one, both included. Any dimension:
+/// The points from corner `lower` to the opposite corner `upper`, both included, in any dimension:
 /// `box{.lower = {0, 0, 0}, .upper = {1, 1, 2}}`.
 export struct box {
   coordinates lower, upper;
@@ -51,7 +51,7 @@ export struct box {
   }
 };
 
-/// The points within a distance of a place, that distance included.
+/// The points at most `radius` away from `center`, in any dimension.
 export struct ball {
   coordinates center;
   positive radius;
@@ -73,7 +73,7 @@ export struct ball {
 /// The points p with normal · p <= offset.
 export struct half_space {
   coordinates normal;  ///< Of any length but 0; it points out of the half-space.
-  double offset;
+  double offset;       ///< In the units of the points if the normal has unit length.
 
   /// Throws `invalid_input` for a normal of another dimension or of zeros, and for NaN.
   void check(index_t dimension) const {
@@ -93,10 +93,11 @@ export struct half_space {
   }
 };
 
-/// The points in all of some half-spaces, as in a convex polytope; all of space if there are none.
+/// The intersection of half-spaces, such as a convex polytope; all of space if there are none.
 export struct half_spaces {
-  std::vector<half_space> all;
+  std::vector<half_space> all;  ///< The half-spaces.
 
+  /// Throws `invalid_input` as `half_space::check` does.
   void check(index_t dimension) const {
     for (const auto& one : all) one.check(dimension);
   }

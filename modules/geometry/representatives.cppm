@@ -9,13 +9,14 @@ import :voxel_grid;
 
 namespace cilantro {
 
-/// What stands for a cell when a cloud is reduced to one point per cell.
+/// Which point represents a cell when a cloud is reduced to one point per cell.
 export enum class voxel_representative {
   mean,               ///< The mean of its points: a new point.
   first,              ///< Its first point.
   nearest_to_center,  ///< The point nearest to the centre of the cell, or the first of several.
-  /// The point whose normal is closest to those of all others, by the sum of the squared sines of
-  /// the angles between them, which does not depend on their signs; the first of several.
+  /// The point whose normal is closest to those of all others: it has the smallest sum of the
+  /// squared sines of the angles between them, which does not depend on the signs of normals. The
+  /// first of several.
   medoid_of_normals,
 };
 
@@ -26,7 +27,7 @@ template <Scalar S, int D>
 index_list closed_medoids(points_view<S, D> normals, const point_groups& groups,
                           const execution& how);
 
-/// The first member of each group.
+/// The first member of each group. Throws `invalid_input` for an empty group.
 export [[nodiscard]] index_list first_of_groups(const point_groups& groups);
 
 /// The point of each cell that is nearest to its centre, in the order of the cells.
@@ -40,21 +41,23 @@ export template <PointsSource P>
                                                     {grid.edges(), grid.origin()}, how);
 }
 
-/// The member of each group whose normal is closest to those of the others. Normals that are zero
-/// or not finite are chosen only where there is no other.
+/// The member of each group whose normal is closest to those of the others; see
+/// `voxel_representative`. Normals that are zero or not finite are chosen only if there is no
+/// other.
 export template <PointwiseVectors P>
 [[nodiscard]] index_list medoids_of_normals(const P& normals, const point_groups& groups,
                                             const execution& how = {}) {
   return closed_medoids(closed_points(normals), groups, how);
 }
 
-/// The point that stands for each cell; `pick` is not the mean. `points` must be those of the grid.
-/// Throws `invalid_input` if normals are to be compared and the points have none.
+/// The index of the point that represents each cell. `points` must be those of the grid. Throws
+/// `invalid_input` if `pick` is the mean, which is not one of the points, or if normals are to be
+/// compared and the points have none.
 export template <PointsSource P>
 [[nodiscard]] index_list representatives(const P& points,
                                          const voxel_grid<scalar_of<P>, dimension_of<P>>& grid,
                                          voxel_representative pick, const execution& how = {}) {
-  expects(pick != voxel_representative::mean, "representatives: a mean is none of the points");
+  expects(pick != voxel_representative::mean, "representatives: a mean is not one of the points");
   if (pick == voxel_representative::first) return first_of_groups(grid.groups());
   if (pick == voxel_representative::nearest_to_center) return nearest_to_centers(points, grid, how);
   const auto normals = normals_in(points);

@@ -10,18 +10,18 @@ import :voxel_grid;
 
 namespace cilantro {
 
-/// How `voxel_downsample` reduces points or a cloud.
+/// Options of `voxel_downsample`.
 export struct voxel_downsample_options {
   index_t min_points_per_cell = 1;         ///< Cells with fewer points are left out.
-  std::optional<coordinates> origin = {};  ///< A corner that cells share; zero if none is given.
-  voxel_representative pick = voxel_representative::mean;  ///< What stands for a cell.
+  std::optional<coordinates> origin = {};  ///< A common corner of cells; zero if not given.
+  voxel_representative pick = voxel_representative::mean;  ///< Which point represents a cell.
   int threads = 0;
   task_monitor monitor = {};
 };
 
 /// One point per occupied cell of a grid, in the order of `voxel_grid`: the mean of the points in
 /// it, or one of them. Non-finite points are dropped. Throws as `voxel_grid` and `representatives`
-/// do.
+/// do, and for points with an origin.
 export template <PointsSource P>
 [[nodiscard]] auto voxel_downsample(const P& points, const voxel_size& size,
                                     const voxel_downsample_options& options = {})

@@ -8,7 +8,7 @@ import :groups;
 
 namespace cilantro {
 
-/// The edges of a cell, in the units of the points: one for all axes, or one per axis.
+/// The edge lengths of a cell, in the units of the points: one for all axes, or one per axis.
 export class voxel_size {
  public:
   voxel_size(double edge) : edges_{edge} {}                    // NOLINT: conversions on purpose
@@ -17,7 +17,8 @@ export class voxel_size {
     requires std::derived_from<V, Eigen::MatrixBase<V>>
   voxel_size(const V& edges) : edges_{edges} {}  // NOLINT
 
-  /// One edge per axis. Throws `invalid_input` unless each is positive and finite.
+  /// One edge per axis. Throws `invalid_input` unless each is positive and finite, and there is one
+  /// for all axes or one per axis.
   template <int D>
   [[nodiscard]] point_vector<double, D> edges(index_t dimension) const {
     point_vector<double, D> all(dimension);
@@ -25,7 +26,7 @@ export class voxel_size {
       all.setConstant(edges_[0]);
     else
       all = edges_.as<double, D>(dimension,
-                                 "voxel_size: there must be one edge, or as many as dimensions");
+                                 "voxel_size: there must be one edge, or one per dimension");
     expects(is_finite(all) && (dimension == 0 || all.minCoeff() > 0),
             "voxel_size: the edges must be positive");
     return all;
@@ -41,8 +42,8 @@ export class voxel_size {
   coordinates edges_;
 };
 
-/// Where the cells of a grid lie: cell c reaches from origin + c · edges to origin + (c + 1) ·
-/// edges.
+/// Where the cells of a grid lie: cell c reaches from `origin` + c · `edges` to `origin` + (c + 1)
+/// · `edges`.
 template <int D>
 struct cell_layout {
   point_vector<double, D> edges, origin;
@@ -52,11 +53,12 @@ template <Scalar S, int D>
 point_groups closed_voxel_groups(points_view<S, D> points, const cell_layout<D>& layout,
                                  index_t min_points, const execution& how);
 
-/// A coordinate of a cell is smaller than this: 64-bit differences of two of them do not overflow.
+/// Cell coordinates are smaller than this in magnitude, so that their 64-bit differences do not
+/// overflow.
 inline constexpr double cell_limit = 0x1p62;
 
-/// The cell that contains `point`: ⌊(pᵈ − originᵈ) / edgeᵈ⌋, or ±2⁶², where no grid has cells, for
-/// what is farther away. Precondition: `point` is finite.
+/// The cell that contains `point`: ⌊(pᵈ − originᵈ) / edgeᵈ⌋, limited to ±2⁶², where no grid has
+/// cells. Precondition: `point` is finite.
 template <Scalar S, int D>
 [[nodiscard]] Eigen::Matrix<std::int64_t, D, 1> voxel_of(
     const Eigen::Ref<const point_vector<S, D>>& point, const cell_layout<D>& layout) {
@@ -69,9 +71,10 @@ template <Scalar S, int D>
   return cell;
 }
 
+/// Options of `voxel_grid`.
 export struct voxel_options {
   index_t min_points_per_cell = 1;  ///< Cells with fewer points are left out.
-  /// A corner that cells share, in the coordinates of the points; zero if none is given.
+  /// A common corner of cells, in the coordinates of the points; zero if not given.
   std::optional<coordinates> origin = {};
   int threads = 0;
   task_monitor monitor = {};
@@ -88,8 +91,8 @@ cell_layout<D> layout_of(const voxel_size& size, const voxel_options& options, i
 }
 
 /// Points sorted into the cells of a grid of boxes. Only occupied cells are stored, in the order of
-/// their integer coordinates, the first axis being the most significant; so neither threads nor the
-/// order of the points affect which cell is which.
+/// their integer coordinates, the first axis being the most significant; neither the number of
+/// threads nor the order of the points affects how cells are numbered.
 ///
 /// Views its points, which must outlive it. Non-finite points are in no cell.
 export template <Scalar S, int D>
@@ -99,8 +102,9 @@ class voxel_grid {
 
   /// Throws `invalid_input` for edges that are not positive, an origin that is not finite, a
   /// negative `min_points_per_cell`, and a point whose cell coordinate would not fit 62 bits. O(N)
-  /// for cells whose coordinates differ in 64 bits altogether, a few times slower beyond. Memory: 4
-  /// bytes a point and 8 a cell, and up to 36 bytes a point while it is built.
+  /// if the coordinates of all cells together vary in at most 64 bits, a few times slower
+  /// otherwise. Memory: 4 bytes per point and 8 per cell, and up to 36 bytes per point while it is
+  /// built.
   voxel_grid(points_view<S, D> points, const voxel_size& size, const voxel_options& options = {})
       : points_{points},
         layout_{layout_of<D>(size, options, points.dimension())},
@@ -115,12 +119,12 @@ class voxel_grid {
 
   /// The number of occupied cells.
   [[nodiscard]] index_t size() const { return groups_.size(); }
-  /// A range of what `operator[]` gives, one a cell.
+  /// The grid is a range of the points of each cell.
   [[nodiscard]] auto begin() const [[clang::lifetimebound]] {
     return indexed_iterator{indexed_rows{this}, 0};
   }
   [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
-  /// The indices of the points in cell number `c`, ascending.
+  /// The indices of the points in cell number `c`, ascending. Precondition: 0 <= c < size().
   [[nodiscard]] std::span<const std::int32_t> operator[](index_t c) const [[clang::lifetimebound]] {
     return groups_[c];
   }
@@ -130,14 +134,15 @@ class voxel_grid {
     return voxel_of<S, D>(points_[groups_[c].front()], layout_);
   }
 
-  /// The edges of a cell, and the corner that all grids of this layout share.
+  /// The edges of a cell, and the common corner of cells from which they are counted.
   [[nodiscard]] const point_vector<double, D>& edges() const [[clang::lifetimebound]] {
     return layout_.edges;
   }
   [[nodiscard]] const point_vector<double, D>& origin() const [[clang::lifetimebound]] {
     return layout_.origin;
   }
-  /// The corner of cell number `c` with the least coordinates, which belongs to it, and its centre.
+  /// The corner of cell number `c` with the smallest coordinates, which belongs to the cell; and
+  /// the centre of the cell.
   [[nodiscard]] point_vector<double, D> corner(index_t c) const {
     return layout_.origin + layout_.edges.cwiseProduct(cell(c).template cast<double>());
   }
@@ -145,7 +150,7 @@ class voxel_grid {
     return corner(c) + layout_.edges / 2;
   }
 
-  /// The number of the cell with these integer coordinates; nothing if it is not there. Throws
+  /// The number of the cell with these integer coordinates; nothing if it is not occupied. Throws
   /// `invalid_input` for another number of coordinates. O(log size()).
   [[nodiscard]] std::optional<index_t> find_cell(const cell_type& wanted) const {
     expect_coordinates(wanted.size(), points_.dimension());
@@ -164,13 +169,14 @@ class voxel_grid {
   [[nodiscard]] std::optional<index_t> find_cell(const Eigen::MatrixBase<V>& wanted) const {
     return find_cell(cell_type{sized<cell_type>{wanted}});
   }
-  /// The number of the cell that contains a place; nothing if it holds no point.
+  /// The number of the cell that contains a place; nothing if that cell holds no point.
   [[nodiscard]] std::optional<index_t> find(const point_ref<S, D>& place) const {
     expect_coordinates(place.size(), points_.dimension());
     if (!is_finite(place)) return std::nullopt;
     return find_cell(voxel_of<S, D>(place, layout_));
   }
-  /// The number of the cell that contains point `i`. Throws `invalid_input` for no such point.
+  /// The number of the cell that contains point `i`. Nothing if the point is not finite, or its
+  /// cell was left out. Throws `invalid_input` for an index that is out of range.
   [[nodiscard]] std::optional<index_t> find(std::integral auto i) const {
     expects(std::cmp_greater_equal(i, 0) && std::cmp_less(i, points_.size()),
             "voxel_grid: there is no such point");

@@ -6,11 +6,10 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// Sets of the numbers 0 to N − 1 that only grow together, by several threads at once and without
-/// locks. The representative of a set is its smallest number, whoever joined what in which order.
-/// Nearly O(1) an operation.
-/// Source: Anderson & Woll 1991, "Wait-free parallel algorithms for the union-find problem", with
-/// roots ordered by number.
+/// Disjoint sets of the numbers 0 to N − 1 that can be joined but not split, by several threads at
+/// once and without locks. The representative of a set is its smallest number, whatever the order
+/// of the joins. Nearly O(1) per operation. Source: Anderson & Woll 1991, "Wait-free parallel
+/// algorithms for the union-find problem", with roots ordered by number.
 export class disjoint_sets {
  public:
   /// Each number in a set of its own. Throws `invalid_input` for a negative size or above 2³¹ − 1.
@@ -23,14 +22,16 @@ export class disjoint_sets {
 
   [[nodiscard]] index_t size() const { return std::ssize(parents_); }
 
-  /// The representative of the set of i; while others join sets, one that it has had.
+  /// The representative of the set of i. While other threads join sets, it may be an earlier
+  /// representative. Precondition: 0 <= i < size().
   [[nodiscard]] index_t find(index_t i) {
     // Nearly always the root is the node itself, or one step away.
     const auto at = static_cast<std::int32_t>(i), parent = load(at);
     return load(parent) == parent ? parent : climb(at);
   }
 
-  /// Makes one set of those of i and j; false if they were one already.
+  /// Joins the sets of i and j; returns false if they were the same set already. Precondition: 0 <=
+  /// i, j < size().
   bool join(index_t i, index_t j) {
     for (;;) {
       auto a = static_cast<std::int32_t>(find(i)), b = static_cast<std::int32_t>(find(j));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.numeric: what several areas compute with, and no language of all of them.
+// cilantro.numeric: computation that several modules share: eigenvalues of large symmetric
+// matrices, and disjoint sets.
 export module cilantro.numeric;
 
 export import cilantro.core;

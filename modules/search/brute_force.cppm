@@ -9,17 +9,18 @@ import :neighborhood;
 
 namespace cilantro {
 
-/// Looks at every point for every query: the truth that other searchers are tested against, and the
-/// fastest way for a few dozen points. O(N) a query. Views its points, which must outlive it.
+/// Compares every query with every point: the reference that other searchers are tested against,
+/// and the fastest way for a few dozen points. O(N) per query. Views its points, which must outlive
+/// it.
 ///
-/// By any `Metric`: `brute_force_searcher{points, [](const auto& a, const auto& b) { … }}`.
+/// Works with any `Metric`: `brute_force_searcher{points, [](const auto& a, const auto& b) { … }}`.
 export template <Scalar S, int D, Metric<S, D> M = euclidean>
 class brute_force_searcher {
  public:
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  /// Throws `invalid_input` for points of another dimension than the metric is for.
+  /// Throws `invalid_input` if the metric is for points of another dimension.
   explicit brute_force_searcher(points_view<S, D> points, const M& metric = {})
       : points_{points}, metric_{metric} {
     if (!points.empty()) expect_dimension<M>(points.dimension());

@@ -13,19 +13,20 @@ import :visit;
 
 namespace cilantro {
 
+/// Options of the `check_…` functions, which test types of yours.
 export struct contract_options {
-  index_t queries = 100;
-  std::uint64_t seed = 0;
+  index_t queries = 100;   ///< How many random cases are tried.
+  std::uint64_t seed = 0;  ///< Determines the cases.
 };
 
-/// Whether two distances are the same but for rounding.
+/// Whether two distances are equal up to rounding.
 template <Scalar S>
 [[nodiscard]] bool is_close(S a, S b) {
   return std::abs(a - b) <= 64 * std::numeric_limits<S>::epsilon() * std::max(a, b);
 }
 
-/// Compares one searcher with the truth, a query and a specification at a time, and collects what
-/// differs. Distances may differ by rounding, since nobody has to sum them in our order.
+/// Compares a searcher with brute force, one query and specification at a time, and collects the
+/// differences. Distances may differ by rounding, since a searcher may sum in another order.
 template <NeighborSearcher T, Metric<typename T::scalar, T::static_dimension> M>
 class searcher_contract {
  public:
@@ -37,7 +38,7 @@ class searcher_contract {
       : searcher_{searcher}, points_{points}, by_{metric}, truth_{points, metric} {}
 
   void check(const query_type& query, neighborhood_spec spec, const std::string& what) {
-    // What an earlier search has left in `found` must not be seen again.
+    // What `found` holds beforehand must not affect the result.
     std::vector<neighbor<scalar>> found(3, {-1, -1}), again, expected;
     searcher_.find(query, spec, found);
     searcher_.find(query, spec, again);
@@ -50,7 +51,7 @@ class searcher_contract {
       return condition;
     };
 
-    expect(found == again, "two searches for the same give different results");
+    expect(found == again, "two searches with the same arguments give different results");
     if (!expect(std::ranges::all_of(
                     found, [&](const auto& n) { return 0 <= n.index && n.index < points_.size(); }),
                 "an index is out of range"))
@@ -59,19 +60,19 @@ class searcher_contract {
                                [&](const auto& n) {
                                  return is_close(n.distance, by_.distance(sum_to(query, n.index)));
                                }),
-           "a distance is not that of its point");
+           "a distance is not the distance to its point");
     expect(std::ranges::adjacent_find(found,
                                       [&](const auto& a, const auto& b) {
                                         return b.distance < a.distance ||
                                                (b.distance == a.distance && b.index <= a.index &&
                                                 sum_to(query, a.index) == sum_to(query, b.index));
                                       }) == found.end(),
-           "neighbors are not in ascending order of distance, then index, or one comes twice");
+           "neighbors are not in ascending order of distance, then index, or one occurs twice");
     const auto common = std::min(found.size(), expected.size());
     bool nearest = true;
     for (std::size_t i = 0; i < common; ++i)
       nearest = nearest && is_close(found[i].distance, expected[i].distance);
-    expect(nearest, "these are not the nearest points");
+    expect(nearest, "the neighbors are not the nearest points");
     // Points beyond the common ones may differ only where rounding decides whether they are in.
     const auto& longer = found.size() > expected.size() ? found : expected;
     expect(std::all_of(longer.begin() + std::ptrdiff_t(common), longer.end(),
@@ -97,18 +98,18 @@ class searcher_contract {
   view_type points_;
   ordering<scalar, T::static_dimension, M> by_;
   brute_force_searcher<scalar, T::static_dimension, M> truth_;
-  std::vector<std::string> violations_, broken_;  ///< Each rule is named once.
+  std::vector<std::string> violations_, broken_;  ///< Each broken rule is listed once.
 };
 
-/// Compares what a searcher says to many queries at once, by `find_all` and by `visit_all` where it
-/// has them, with what `find` says to each. Many are needed for more than one block.
+/// Compares the answers of a searcher to many queries at once, by `find_all` and `visit_all` if it
+/// has them, with those of `find` to each query. Enough queries to fill several blocks.
 template <NeighborSearcher T>
 class batch_contract {
  public:
   using scalar = typename T::scalar;
   using view_type = points_view<scalar, T::static_dimension>;
 
-  /// The queries are the first points, over and over.
+  /// The queries are the first points, repeated.
   batch_contract(const T& searcher, view_type points)
       : searcher_{searcher}, queries_(points.dimension(), query_count) {
     for (index_t q = 0; q < query_count; ++q)
@@ -135,7 +136,8 @@ class batch_contract {
 
   void check_all(const neighborhood_spec& spec) {
     const auto all = searcher_.find_all(view_type{points_in(queries_)}, spec, execution{});
-    violations_.expect(all.size() == query_count, "find_all does not answer each query");
+    violations_.expect(all.size() == query_count,
+                       "find_all does not return one neighborhood per query");
     for (index_t q = 0; q < query_count && all.size() == query_count; ++q)
       violations_.expect(are_same(all[q], expected_[std::size_t(q)]),
                          "find_all and find give different results");
@@ -152,7 +154,8 @@ class batch_contract {
           const std::scoped_lock lock{one_at_a_time};
           for (index_t i = 0; i < block.size(); ++i) {
             const index_t q = block.query(i);
-            violations_.expect(0 <= q && q < query_count, "visit_all visits no query of these");
+            violations_.expect(0 <= q && q < query_count,
+                               "visit_all visits a query that was not given");
             if (q < 0 || q >= query_count) continue;
             ++visits[std::size_t(q)];
             for (const neighbor<scalar> one : block[i]) visited[std::size_t(q)].push_back(one);
@@ -164,7 +167,7 @@ class batch_contract {
                          "visit_all visits a query that is not wanted");
       violations_.expect(
           !wanted[q] || visits[q] == 1 || (visits[q] == 0 && !is_finite(queries_.col(index_t(q)))),
-          "visit_all does not visit a query once");
+          "visit_all does not visit each wanted query exactly once");
       if (visits[q] != 1) continue;
       auto truth = expected_[q];
       if (!ascending) {
@@ -174,7 +177,7 @@ class batch_contract {
       violations_.expect(are_same(visited[q], truth), "visit_all and find give different results");
     }
   }
-  /// Up to rounding, which may change places of neighbours that are equally far.
+  /// Equal up to rounding, which may swap neighbours at the same distance.
   static bool are_same(const auto& a, const std::vector<neighbor<scalar>>& b) {
     if (std::ssize(a) != std::ssize(b)) return false;
     for (index_t i = 0; i < std::ssize(b); ++i)
@@ -189,12 +192,12 @@ class batch_contract {
   violation_list violations_;
 };
 
-/// Tests a searcher of yours, built from `points`, against what `NeighborSearcher` says it does:
-/// counts, order, radii, repeated searches, queries that are not finite, k of 0 and beyond N; and
-/// many queries at once, if it is a `VisitingSearcher` or a `BatchSearcher`.
-/// The truth is by `metric`. Returns a sentence for each rule that is broken; none means that it
-/// may be used wherever a `kd_tree` may. Give points with duplicates and non-finite ones to test
-/// those too. O(queries · N).
+/// Tests a searcher of yours, built from `points`, against the semantics of `NeighborSearcher`:
+/// counts, order, radii, repeated searches, queries that are not finite, k beyond N; and many
+/// queries at once, if it is a `VisitingSearcher` or a `BatchSearcher`. The results expected are
+/// those of brute force with `metric`. Returns a sentence for each rule that is broken; if there is
+/// none, the searcher can be used wherever a `kd_tree` can. To test duplicates and non-finite
+/// points, include some in `points`. O(queries · N).
 export template <NeighborSearcher T, PointsSource P,
                  Metric<typename T::scalar, T::static_dimension> M = euclidean>
 [[nodiscard]] std::vector<std::string> check_neighbor_searcher(const T& searcher, const P& points,
@@ -245,10 +248,10 @@ export template <NeighborSearcher T, PointsSource P,
   return std::move(violations);
 }
 
-/// Tests a metric of yours on `points`, which are to be such that it is meant for: that distances
-/// are not negative, the same both ways, and 0 between equal points; that `sum` is the inverse of
-/// `distance` and both are monotone; and that a tree finds by it what looking at all points finds.
-/// Returns a sentence for each violation. O(queries · N).
+/// Tests a metric of yours on `points` of the kind that it is meant for: that distances are not
+/// negative, symmetric, and 0 between equal points; that `sum` is the inverse of `distance` and
+/// both are monotone; and that a tree finds the same neighbours as brute force. Returns a sentence
+/// for each rule that is broken. O(queries · N).
 export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
 [[nodiscard]] std::vector<std::string> check_metric(const M& metric, const P& points,
                                                     const contract_options& options = {}) {
@@ -266,9 +269,10 @@ export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
     const index_t i = random.below(view.size()), j = random.below(view.size());
     if (!is_finite(view[i]) || !is_finite(view[j])) continue;
     const S sum = between(i, j), other = between(j, random.below(view.size()));
-    violations.expect(sum >= 0, "a sum is negative, or no number");
+    violations.expect(sum >= 0, "a sum is negative or NaN");
     violations.expect(between(i, i) == 0, "a point is not at distance 0 from itself");
-    violations.expect(sum == between(j, i), "the distance is not the same both ways");
+    violations.expect(sum == between(j, i),
+                      "the distance from one point to another is not that back");
     if (other >= 0 && sum >= 0)
       violations.expect((metric.distance(sum) <= metric.distance(other)) == (sum <= other) ||
                             metric.distance(sum) == metric.distance(other),

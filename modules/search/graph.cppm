@@ -12,26 +12,28 @@ import :weight;
 
 namespace cilantro {
 
-/// Which edges a neighbour graph has, given that i may have j among its nearest but not j i.
+/// Which edges a neighbour graph has: j may be among the nearest neighbours of i, but not i among
+/// those of j.
 export enum class graph_symmetry {
   none,    ///< i → j if j was found around i.
-  either,  ///< Both i → j and j → i if one was found: the union.
-  both,    ///< Both if both were found: the intersection.
+  either,  ///< Both i → j and j → i if either was found: the union.
+  both,    ///< Both i → j and j → i if both were found: the intersection.
 };
 
+/// Options of `neighbor_graph`.
 export struct graph_options {
-  graph_symmetry symmetry = graph_symmetry::either;
-  /// Whether nodes have themselves as neighbours, at distance 0. (Nodes without any neighbour, such
-  /// as points that are not finite, have not.)
+  graph_symmetry symmetry = graph_symmetry::either;  ///< Which edges are kept or added.
+  /// Whether each node is its own neighbour, at distance 0. (Nodes without any neighbour, such as
+  /// points that are not finite, never are.)
   bool self = false;
   int threads = 0;
   task_monitor monitor = {};
 };
 
-/// The neighbourhoods of N nodes, whose neighbours are nodes, as a graph in the same compressed
-/// form: symmetric or not, with or without self, each edge once, neighbours by ascending distance
-/// and then index. Of several distances for one edge, the smallest counts. O(E log k).
-/// Throws `invalid_input` for a neighbour that is not one of the nodes.
+/// Turns the neighbourhoods of N nodes, whose neighbours are nodes again, into a graph in the same
+/// compressed form: symmetric or not, with or without self, each edge once, neighbours by ascending
+/// distance and then index. If an edge was found with several distances, the smallest counts. O(E
+/// log k). Throws `invalid_input` for a neighbour that is not one of the nodes.
 export template <Scalar S>
 [[nodiscard]] neighborhoods<S> neighbor_graph(const neighborhoods<S>& found,
                                               const graph_options& options = {});
@@ -39,8 +41,8 @@ export template <Scalar S>
 template <Scalar S>
 neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count);
 
-/// The graph of the points that a searcher was built from. Without self, `knn{k}` means k others.
-/// Throws `invalid_input` if these cannot be its points.
+/// The graph of the points that a searcher was built from. Without self, `knn{k}` means k other
+/// points. Throws `invalid_input` if searcher and points differ in size or dimension.
 export template <NeighborSearcher T, PointsSource P>
 [[nodiscard]] auto neighbor_graph(const T& searcher, const P& points, neighborhood_spec spec,
                                   const graph_options& options = {}) {
@@ -88,9 +90,10 @@ void by_index(const neighborhood<S>& near, std::vector<neighbor<S>>& out);
 template <Scalar S>
 void expect_square(const neighborhoods<S>& graph);
 
-/// The matrix whose entry (i, j) is `evaluate(i, j, distance)` for each neighbour j of i, and no
-/// other; an entry may be 0 and is stored all the same. Neighbours that come twice count once.
-/// Throws `invalid_input` for a neighbour that is no node, and for 2³¹ entries or more.
+/// The matrix whose entry (i, j) is `evaluate(i, j, distance)` for each neighbour j of i; all other
+/// entries are not stored, while an entry that evaluates to 0 is. A neighbour that occurs twice
+/// counts once. Throws `invalid_input` for a neighbour that is not a node, and for 2³¹ entries or
+/// more.
 export template <Scalar S, PairWeight<S> F>
 [[nodiscard]] graph_matrix<S> pair_matrix(const neighborhoods<S>& graph, const F& evaluate) {
   expect_square(graph);
@@ -108,13 +111,13 @@ export template <Scalar S, PairWeight<S> F>
   return matrix;
 }
 
-/// 1 for each edge.
+/// The matrix with 1 for each edge.
 export template <Scalar S>
 [[nodiscard]] graph_matrix<S> adjacency_matrix(const neighborhoods<S>& graph) {
   return pair_matrix(graph, unit_weight{});
 }
 
-/// The distance along each edge; equal points have a stored 0.
+/// The matrix with the distance along each edge; between equal points, a stored 0.
 export template <Scalar S>
 [[nodiscard]] graph_matrix<S> distance_matrix(const neighborhoods<S>& graph) {
   return pair_matrix(graph, distance_weight{});

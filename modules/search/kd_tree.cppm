@@ -14,9 +14,11 @@ import :visit;
 
 namespace cilantro {
 
-// Blocks of queries at a time, by the kernels of block_search.hpp. Compiled in the library.
+// Searches for a block of queries at a time, by the kernels of block_search.hpp. Compiled in the
+// library.
 
-/// Whether they can answer this, in two or three dimensions and by the Euclidean distance.
+/// Whether these kernels can answer such queries, in two or three dimensions and by Euclidean
+/// distance.
 bool is_for_blocks(const neighborhood_spec& spec, index_t points);
 template <Scalar S, int D>
 void find_in_blocks(const kd_tree_nodes<S, D>& nodes, const S* query, index_t k, S limit,
@@ -126,7 +128,7 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
   const auto query = [&](index_t q) { return queries.data() + q * queries.stride(); };
   const bool plain_knn =
       spec.is_count_limited() && spec.max_distance() == std::numeric_limits<double>::infinity();
-  // A k that is large for so many queries is not reserved for each of them.
+  // If k is large for this many queries, space for k neighbours is not reserved for each.
   if (!plain_knn ||
       k > std::int64_t{std::numeric_limits<std::int32_t>::max()} / std::max<index_t>(n, 1))
     return gather_neighborhoods<S>(n, how, finder(queries, spec));
@@ -173,16 +175,16 @@ void kd_tree_engine<S, D, M>::visit_all(points_view<S, D> queries, const neighbo
   visit_queries<S>(queries.size(), visit, options, finder(queries, spec));
 }
 
-/// Nearest neighbours in a set of points that does not change, by any `CoordinateMetric`.
+/// Finds nearest neighbours in a set of points that does not change, by any `CoordinateMetric`.
 ///
-/// The tree keeps the coordinates in an order of its own, which is what makes it fast, and never
-/// looks at the caller's points again: they may change or go. Copies share one immutable tree:
-/// copying costs a pointer, and any copy may be used from any thread.
+/// The tree keeps a copy of the coordinates, in an order of its own that makes it fast; the
+/// caller's points may change or go once it is built. Copies share one immutable tree, so that
+/// copying is cheap and any copy may be used from any thread.
 ///
 /// Points with a non-finite coordinate (or one beyond `largest_searchable_coordinate`) are never
-/// found, and such queries find nothing; indices count all points all the same. At most 2³¹ − 1
-/// points. Memory: see `memory`, and once more the points while it is built. Building is O(N log
-/// N); a query for k neighbours in low dimension O(k log k + log N). Source: Bentley 1975;
+/// found, and such queries find nothing; indices still count all points. At most 2³¹ − 1 points.
+/// Memory: see `memory`; while it is built, additionally the size of the points. Building is O(N
+/// log N); a query for k neighbours in low dimension is O(k log k + log N). Source: Bentley 1975;
 /// Friedman, Bentley & Finkel 1977; the bounds are those of Arya & Mount 1993.
 export template <Scalar S, int D, CoordinateMetric<S> M = euclidean>
 class kd_tree {
@@ -190,9 +192,9 @@ class kd_tree {
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  /// The same tree for any number of threads. Throws `invalid_input` for points without a
-  /// dimension, or with another one than the metric is for, too many points, or an empty leaf;
-  /// `cancelled`.
+  /// Builds the same tree for any number of threads. Throws `invalid_input` for points of dimension
+  /// 0 or of another dimension than the metric is for, for more than 2³¹ − 1 points, and for a
+  /// `max_leaf_size` below 1; throws `cancelled`.
   template <PointsSource P>
     requires std::same_as<scalar_of<P>, S> && (D == dynamic || dimension_of<P> == D)
   explicit kd_tree(const P& points, const M& metric = {}, const kd_tree_options& options = {})
@@ -202,14 +204,14 @@ class kd_tree {
     requires std::same_as<scalar_of<P>, S> && (D == dynamic || dimension_of<P> == D)
   kd_tree(const P& points, const kd_tree_options& options) : kd_tree{points, M{}, options} {}
 
-  /// The number of points, those that are never found included.
+  /// The number of points, including those that are never found.
   [[nodiscard]] index_t size() const { return engine_->nodes.size; }
   [[nodiscard]] index_t dimension() const { return engine_->nodes.dimension; }
-  /// The bytes that the tree, with all its copies, holds: about N · (Dim · sizeof(S) + 10).
+  /// The memory of the tree, which its copies share, in bytes: about N · (Dim · sizeof(S) + 10).
   [[nodiscard]] std::size_t memory() const { return engine_->nodes.memory(); }
 
-  /// Writes the neighbours of `query` to `out`, as `NeighborSearcher` says; `out` may be reused to
-  /// save its allocation. Throws `invalid_input` if the dimensions differ.
+  /// Writes the neighbours of `query` to `out`, as `NeighborSearcher` says; reusing `out` saves
+  /// allocations. Throws `invalid_input` if the dimensions differ.
   void find(const point_ref<S, D>& query, neighborhood_spec spec,
             std::vector<neighbor<S>>& out) const {
     expects(size() == 0 || query.size() == dimension(),
@@ -223,14 +225,15 @@ class kd_tree {
     return out;
   }
 
-  /// The nearest point; nothing if there is none. Of several at the same distance, the first.
+  /// The nearest point, or nothing if there is none. Of several at the same distance, the one with
+  /// the smallest index.
   [[nodiscard]] std::optional<neighbor<S>> nearest(const point_ref<S, D>& query) const {
     const auto found = find(query, knn{1});
     return found.empty() ? std::nullopt : std::optional{found.front()};
   }
 
-  /// The nearest point and the next one, of those at most `max_distance` away; the index of one
-  /// that is not there is −1. For loops that ask again and again: nothing is allocated in 2 and 3
+  /// The two nearest points among those at most `max_distance` away; if there are fewer, the index
+  /// of the missing ones is −1. For loops of many queries: nothing is allocated in 2 and 3
   /// dimensions. Throws `invalid_input` if the dimensions differ, or for a negative distance.
   [[nodiscard]] std::array<neighbor<S>, 2> nearest_two(
       const point_ref<S, D>& query, S max_distance = std::numeric_limits<S>::infinity()) const {
@@ -258,13 +261,13 @@ class kd_tree {
     return find_all(points_in(queries), spec, how);
   }
 
-  /// What `visit_neighborhoods` says, which checks its arguments.
+  /// Use `visit_neighborhoods` instead: it checks the arguments, and then calls this.
   void visit_all(points_view<S, D> queries, neighborhood_spec spec,
                  const neighborhood_visitor<S>& visit, const visit_options& options) const {
     engine_->visit_all(queries, spec, visit, options);
   }
 
-  /// How the tree is kept, for kernels of the library.
+  /// The nodes of the tree, for kernels of the library.
   [[nodiscard]] const auto& nodes() const { return engine_->nodes; }
 
  private:
@@ -290,7 +293,8 @@ static_assert(NeighborSearcher<kd_tree<double, dynamic, so3>>);
   extern template class kd_tree_engine<S, D, so2>;
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
-// Of four coordinates, which the library is not compiled for: as a run-time dimension.
+// Quaternions have four coordinates, for which the library is not compiled: as a run-time
+// dimension.
 extern template class kd_tree_engine<float, dynamic, so3>;
 extern template class kd_tree_engine<double, dynamic, so3>;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What a kd-tree is made of, and how it is walked. Internal.
+// What a kd-tree consists of, and how it is traversed. Internal.
 export module cilantro.search:kd_tree_nodes;
 
 import cilantro.standard;
@@ -10,15 +10,16 @@ import :neighborhood;
 
 namespace cilantro {
 
+/// Options of `kd_tree`.
 export struct kd_tree_options {
-  /// Points in a leaf, at most. They are kept in blocks of 16 and there are one or two in the
-  /// smallest leaf, so that less than 32 changes nothing. Affects speed only.
+  /// The most points in a leaf. Points are kept in blocks of 16, and the smallest leaf has one or
+  /// two blocks, so that values below 32 change nothing. Affects speed only.
   int max_leaf_size = 32;
-  int threads = 0;  ///< For building.
+  int threads = 0;  ///< For building the tree.
   task_monitor monitor = {};
 };
 
-/// Points are kept, and compared, so many at a time: what the widest vectors hold.
+/// How many points are stored and compared together: as many as the widest vectors hold.
 inline constexpr index_t points_per_block = 16;
 
 /// A balanced tree over full blocks of points: node k of a level has the blocks `begin(level, k)`
@@ -34,8 +35,8 @@ struct kd_tree_nodes {
   };
   static constexpr bool has_boxes = D == 2 || D == 3;
 
-  /// Throws `invalid_input` for points without a dimension, too many points, or an empty leaf;
-  /// `cancelled`.
+  /// Throws `invalid_input` for points of dimension 0, too many points, or a `max_leaf_size` below
+  /// 1; `cancelled`.
   kd_tree_nodes(points_view<S, D> points, const kd_tree_options& options);
 
   [[nodiscard]] index_t blocks() const {
@@ -55,16 +56,16 @@ struct kd_tree_nodes {
            indices.capacity() * sizeof(std::int32_t) + cuts.capacity() * sizeof(cut);
   }
 
-  index_t size = 0;  ///< Of all points, those that are not searchable included.
+  index_t size = 0;  ///< The number of all points, including those that are not searchable.
   index_t searchable = 0;
   index_t dimension = 0;
   S largest = 0;                 ///< No searchable coordinate is beyond.
   int levels = 0;                ///< Of cuts, above the leaves.
   buffer<S> coordinates;         ///< By `block`; NaN after the last point.
-  buffer<std::int32_t> indices;  ///< What the user calls them; −1 after the last.
+  buffer<std::int32_t> indices;  ///< The user's indices; −1 after the last.
   buffer<S> boxes, children;     ///< As `block_tree` says, if `has_boxes`.
   std::vector<cut> cuts;
-  point_vector<S, D> low, high;  ///< The box around all.
+  point_vector<S, D> low, high;  ///< The box around all points.
 };
 
 /// One search: hands every point to `result` that may be among the nearest.

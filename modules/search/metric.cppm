@@ -6,17 +6,18 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A distance that is a monotone function of a sum over coordinates, which trees can search by.
+/// A distance that is a monotone function of a sum over coordinates, so that trees can search by
+/// it.
 ///
 /// `term(a − b, axis)` is what one coordinate adds: not negative, and not smaller for a larger
 /// |a − b| (unless `term_to` says otherwise). `distance(sum)` turns the sum into the distance that
 /// users see, and `sum(distance)` is its inverse; both are monotone. All are const or static, and
 /// pure. A model may also have
 ///
-/// - `combine(a, b)`, in place of a + b: one that is idempotent, such as the larger of both;
-/// - `term_to(value, low, high, axis)`, the least term between `value` and anything in [low, high],
-///   which a metric needs whose terms do not grow with |a − b|, such as one of angles;
-/// - `antipodal`, a static constant: true if the points p and −p are the same;
+/// - `combine(a, b)` in place of a + b; it must be idempotent, as the larger of the two is;
+/// - `term_to(value, low, high, axis)`, the smallest term between `value` and anything in [low,
+///   high]; needed if the terms do not grow with |a − b|, as for angles;
+/// - `antipodal`, a static constant: true if p and −p stand for the same point;
 /// - `dimension`, a static constant: the only dimension that the metric is for.
 ///
 /// Models: `euclidean`, `manhattan`, `chebyshev`, `so2`, `so3`, and any struct like them.
@@ -28,8 +29,8 @@ concept CoordinateMetric = requires(const M& metric, S value, index_t axis) {
 };
 
 /// How far apart two points are: a `CoordinateMetric`, or any function of two points that returns
-/// their distance, not negative. A function that is not a sum over coordinates cannot be searched
-/// by a tree, but by `brute_force_searcher`.
+/// their distance, not negative. Trees need a `CoordinateMetric`; `brute_force_searcher` accepts
+/// any.
 export template <class M, class S, int D>
 concept Metric = CoordinateMetric<M, S> ||
                  requires(const M& metric, typename points_view<S, D>::point_type point) {
@@ -77,8 +78,8 @@ export struct chebyshev : manhattan {
 };
 
 /// Coordinates are angles in radians, of any size, that wrap around at 2π: √Σδᵢ², where δᵢ is the
-/// smaller way around between two of them. For one coordinate the angle between two planar
-/// rotations, in [0, π].
+/// shorter way around from one to the other. With one coordinate, this is the angle between two
+/// planar rotations, in [0, π].
 export struct so2 : euclidean {
   template <Scalar S>
   static constexpr S turn = S(6.283185307179586476925286766559);
@@ -104,7 +105,7 @@ export struct so2 : euclidean {
 /// Points are unit quaternions, in any order of the components, q and −q being the same rotation:
 /// the angle of the rotation between two of them, in radians, in [0, π].
 ///
-/// Searched by the chord c between the nearer two of ±a and b, of which the angle is 4 asin(c / 2).
+/// Searches compare the chord c, the smaller of |a − b| and |a + b|; the angle is 4 asin(c / 2).
 export struct so3 : euclidean {
   static constexpr bool antipodal = true;
   static constexpr int dimension = 4;
@@ -149,8 +150,9 @@ S combine_terms(const M& metric, S a, S b) {
     return a + b;
 }
 
-/// The largest sum of which the distance is at most `distance`: what has exactly that distance, as
-/// the library itself says it, is within. (The square of a rounded root often is below the sum.)
+/// The largest sum whose distance is at most `distance`, so that a point at exactly the distance
+/// that the library itself reported is found. (The square of a rounded root is often below the
+/// sum.)
 template <class M, Scalar S>
   requires CoordinateMetric<M, S>
 [[nodiscard]] S largest_sum_within(const M& metric, S distance) {
@@ -165,17 +167,17 @@ template <class M, Scalar S>
   return sum;
 }
 
-/// Points and queries with a coordinate beyond this are treated like non-finite ones: no sum of
-/// squared differences of the others can overflow. About 5e18 for float and 4e153 for double.
-/// At the other end, distances whose squares are no normal numbers any more, below about 1e-19 for
-/// float and 1e-154 for double, lose their digits and then count as 0: points in such a unit have
-/// to be scaled.
+/// Points and queries with a coordinate whose magnitude is beyond this are treated as non-finite,
+/// so that no sum of squared differences can overflow. About 5e18 for float in 3D and 4e153 for
+/// double. At the other end, distances below about 1e-19 for float and 1e-154 for double lose
+/// digits or become 0, since their squares underflow: scale points in such small units.
 export template <Scalar S>
 [[nodiscard]] S largest_searchable_coordinate(index_t dimension) {
   return std::sqrt(std::numeric_limits<S>::max() / S(dimension > 0 ? dimension : 1)) / 2;
 }
 
-/// Whether a point of `dimension` coordinates takes part in a search. False for NaN.
+/// Whether a point of `dimension` coordinates takes part in searches: none beyond the limit, none
+/// NaN.
 export template <Scalar S>
 [[nodiscard]] bool is_searchable(const S* point, index_t dimension, S largest_coordinate) {
   for (index_t d = 0; d < dimension; ++d)
@@ -183,9 +185,9 @@ export template <Scalar S>
   return true;
 }
 
-/// The terms between `a` and `b` combined in the order of the coordinates; for an antipodal metric
-/// the smaller of that and the one between `a` and −b. Every searcher sums like this, so that they
-/// agree to the bit.
+/// The terms between `a` and `b`, combined in the order of the coordinates; for an antipodal
+/// metric, the smaller of this sum and the one between `a` and −b. All searchers of the library sum
+/// like this, so that they agree to the bit.
 export template <class M, Scalar S>
   requires CoordinateMetric<M, S>
 [[nodiscard]] S metric_sum(const M& metric, const S* a, const S* b, index_t dimension) {

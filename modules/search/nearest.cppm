@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How a search keeps the best of what it has met. Internal.
+// How a search keeps the best candidates so far. Internal.
 export module cilantro.search:nearest;
 
 import cilantro.standard;
@@ -59,7 +59,7 @@ class sorted_result {
   S worst_;
 };
 
-/// The best k so far in a heap, for large k, also for all within a radius.
+/// The best k so far in a heap, for large k, and for all points within a radius.
 template <Scalar S>
 class heap_result {
  public:
@@ -111,7 +111,7 @@ class two_nearest_result {
   }
 
  private:
-  /// After every index that a point can have, so that a point at the very limit comes before.
+  /// Larger than every index, so that a point exactly at the limit sorts before it.
   static constexpr std::int32_t nobody = std::numeric_limits<std::int32_t>::max();
   candidate<S> first_, second_;
 };
@@ -119,7 +119,7 @@ class two_nearest_result {
 /// Beyond this many neighbours, moving a sorted array costs more than a heap.
 inline constexpr std::size_t most_sorted = 64;
 
-/// What a thread needs from query to query.
+/// Memory that a thread reuses from query to query.
 template <Scalar S>
 struct search_scratch {
   std::array<candidate<S>, most_sorted> sorted;

@@ -7,16 +7,15 @@ import :neighborhood;
 
 namespace cilantro {
 
-/// Finds the neighbours of a point among the points that it was built from.
+/// Finds the neighbours of a query among the points that it was built from.
 ///
 /// Semantics: `find(query, spec, out)` clears `out` and writes the neighbours by ascending
-/// distance, and by ascending index where points are equally far (before the rounding of a square
-/// root): at most `spec.max_count()` of them, none farther than `spec.max_distance()`, which itself
-/// still belongs. A query with a non-finite coordinate has no neighbours, and a point with one is
-/// nobody's neighbour. `find` is const, depends on nothing but its arguments, and is called from
-/// several threads at once. Complexity expected of a model: less than the number of points for a
-/// small neighbourhood. Models: `kd_tree`, `brute_force_searcher`; `check_neighbor_searcher` tests
-/// yours.
+/// distance, and by ascending index where points are equally far (compared before a square root
+/// rounds): at most `spec.max_count()` of them, at a distance of at most `spec.max_distance()`,
+/// inclusive. A query with a non-finite coordinate has no neighbours, and a point with one is never
+/// found. `find` is const, depends on nothing but its arguments, and is called from several threads
+/// at once. A search for a small neighbourhood is expected to take less than O(N). Models:
+/// `kd_tree`, `brute_force_searcher`; `check_neighbor_searcher` tests yours.
 export template <class T>
 concept NeighborSearcher =
     requires(const T& searcher,

@@ -6,7 +6,7 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A point near a query: its index, and its distance in the units of the metric, not squared.
+/// A point near a query: its `index`, and its `distance` in the units of the metric, not squared.
 export template <Scalar S>
 struct neighbor {
   index_t index = 0;
@@ -14,9 +14,9 @@ struct neighbor {
   friend bool operator==(const neighbor&, const neighbor&) = default;
 };
 
-/// An entry of a neighbourhood as iteration gives it: made where it is asked for, and convertible
-/// to `neighbor`. A type of its own, so that a projection to a member of `neighbor`, which would be
-/// read after the neighbour is gone, does not compile.
+/// An element of a neighbourhood in iteration: its `index` and `distance`. It is a temporary that
+/// converts to `neighbor`, but a type of its own, so that projecting to a member of `neighbor`,
+/// which would dangle, does not compile.
 export template <Scalar S>
 struct neighbor_entry {
   index_t index;
@@ -31,19 +31,19 @@ export struct knn {
   index_t k;
 };
 
-/// All points at most `distance` away; a point exactly there belongs to them.
+/// All points at most `distance` away, inclusive.
 export struct radius {
   double distance;
 };
 
-/// The `k` nearest of the points at most `distance` away.
+/// The `k` nearest of the points at most `distance` away, inclusive.
 export struct knn_in_radius {
   index_t k;
   double distance;
 };
 
-/// Which points around a query are its neighbourhood: what `knn`, `radius` and `knn_in_radius`
-/// convert to. Throws `invalid_input` for a count below 1, or a negative or NaN distance.
+/// Which points around a query form its neighbourhood; `knn`, `radius` and `knn_in_radius` convert
+/// to it. Throws `invalid_input` for a count below 1, or a negative or NaN distance.
 export class neighborhood_spec {
  public:
   neighborhood_spec(knn spec)  // NOLINT: a conversion on purpose
@@ -59,10 +59,11 @@ export class neighborhood_spec {
                           in_digits(max_distance_)};
   }
 
-  /// The largest `index_t` for a plain radius.
+  /// The most neighbours; the largest `index_t` for a plain radius.
   [[nodiscard]] index_t max_count() const { return max_count_; }
-  /// Infinite for plain k nearest neighbours.
+  /// The largest distance; infinite for plain k nearest neighbours.
   [[nodiscard]] double max_distance() const { return max_distance_; }
+  /// Whether `max_count` limits the neighbourhood, as it does for all but a plain radius.
   [[nodiscard]] bool is_count_limited() const {
     return max_count_ != std::numeric_limits<index_t>::max();
   }
@@ -72,7 +73,8 @@ export class neighborhood_spec {
   double max_distance_;
 };
 
-/// Leaves new elements of a trivial type uninitialised: they are about to be written, in parallel.
+/// An allocator that leaves new elements of a trivial type uninitialised, for memory that will be
+/// written at once.
 export template <class T>
 struct uninitialized_allocator : std::allocator<T> {
   template <class U>
@@ -89,12 +91,12 @@ struct uninitialized_allocator : std::allocator<T> {
   }
 };
 
-/// A `std::vector` whose `resize` does not clear what it adds.
+/// A `std::vector` whose `resize` does not initialise the elements that it adds.
 export template <class T>
 using buffer = std::vector<T, uninitialized_allocator<T>>;
 
 /// The neighbours of one query, by ascending distance and then index: a random-access range of
-/// `neighbor<S>` over two arrays that live elsewhere. To project, use `indices()` and
+/// `neighbor<S>` over two arrays that it does not own. To project, use `indices()` and
 /// `distances()`.
 export template <Scalar S>
 class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
@@ -112,7 +114,9 @@ class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
   [[nodiscard]] auto begin() const { return indexed_iterator{entries{indices_, distances_}, 0}; }
   [[nodiscard]] auto end() const { return begin() + std::ssize(indices_); }
 
+  /// The indices of the neighbours.
   [[nodiscard]] std::span<const std::int32_t> indices() const { return indices_; }
+  /// Their distances, in the same order.
   [[nodiscard]] std::span<const S> distances() const { return distances_; }
 
  private:
@@ -127,8 +131,8 @@ class neighborhood : public std::ranges::view_interface<neighborhood<S>> {
   std::span<const S> distances_;
 };
 
-/// The neighbourhoods of many queries in three arrays, without a heap block per query; a
-/// random-access range of `neighborhood`, one per query and in their order.
+/// The neighbourhoods of many queries in three arrays, without an allocation per query: a
+/// random-access range with one `neighborhood` per query, in their order.
 ///
 /// The neighbours of query q are the entries `offsets()[q]` to `offsets()[q + 1]` of `indices()`
 /// and `distances()`: the rows of a sparse matrix in compressed form.
@@ -137,8 +141,8 @@ class neighborhoods {
  public:
   neighborhoods() : offsets_(1, 0) {}
 
-  /// Throws `invalid_input` unless the offsets start at 0, do not decrease, and end at the common
-  /// size of the other two.
+  /// Throws `invalid_input` unless the offsets start at 0, do not decrease, and end at the size
+  /// that both other arrays have.
   neighborhoods(std::vector<index_t> offsets, buffer<std::int32_t> indices, buffer<S> distances)
       : offsets_{std::move(offsets)},
         indices_{std::move(indices)},
@@ -162,7 +166,7 @@ class neighborhoods {
   }
   [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
 
-  /// How many neighbours all queries have together.
+  /// The number of neighbours of all queries together.
   [[nodiscard]] index_t total() const { return offsets_.back(); }
   [[nodiscard]] std::span<const index_t> offsets() const [[clang::lifetimebound]] {
     return offsets_;
@@ -178,12 +182,13 @@ class neighborhoods {
   buffer<S> distances_;
 };
 
-/// Some queries and their neighbours, as a search hands them on before it forgets them.
+/// Some queries and their neighbours, as a search passes them to a visitor; valid only during that
+/// call.
 export template <Scalar S>
 class neighborhood_block {
  public:
-  /// Query i of the block is the user's `queries[i]`; its `counts[i]` neighbours start at
-  /// `starts[i]` of the other two. Precondition: all of this is there.
+  /// Entry i of the block is the user's query number `queries[i]`; its `counts[i]` neighbours start
+  /// at position `starts[i]` of `indices` and `distances`. Precondition: the arrays are that long.
   neighborhood_block(std::span<const std::int32_t> queries, std::span<const index_t> starts,
                      std::span<const std::int32_t> counts, std::span<const std::int32_t> indices,
                      std::span<const S> distances)
@@ -194,12 +199,12 @@ class neighborhood_block {
         distances_{distances} {}
 
   [[nodiscard]] index_t size() const { return std::ssize(queries_); }
-  /// A range of what `operator[]` gives, one a query.
+  /// The block is a range of neighbourhoods, one per query.
   [[nodiscard]] auto begin() const { return indexed_iterator{indexed_rows{this}, 0}; }
   [[nodiscard]] auto end() const { return begin() + size(); }
-  /// Which query the i-th of the block is. Precondition: 0 <= i < size().
+  /// The number of the i-th query of the block. Precondition: 0 <= i < size().
   [[nodiscard]] index_t query(index_t i) const { return queries_[i]; }
-  /// Its neighbours. Precondition: 0 <= i < size().
+  /// The neighbours of the i-th query of the block. Precondition: 0 <= i < size().
   [[nodiscard]] neighborhood<S> operator[](index_t i) const {
     const auto start = static_cast<std::size_t>(starts_[i]);
     const auto count = static_cast<std::size_t>(counts_[i]);
@@ -212,7 +217,7 @@ class neighborhood_block {
   std::span<const S> distances_;
 };
 
-/// Takes blocks of neighbourhoods, from several threads at once.
+/// A function that is called with blocks of neighbourhoods, from several threads at once.
 export template <Scalar S>
 using neighborhood_visitor = std::function<void(const neighborhood_block<S>&)>;
 

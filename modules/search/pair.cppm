@@ -8,8 +8,8 @@ namespace cilantro {
 
 /// Whether two points belong together: a function of their indices i and j and of the distance
 /// between them, or of the distance alone, that returns bool. A lambda is a model. Pure, symmetric
-/// where both indices are of one set, and called from several threads at once. Models:
-/// `close_points`, `similar_normals`, `similar_colors`, `all_similar`.
+/// if both indices are of one set, and called from several threads at once. Models: `close_points`,
+/// `similar_normals`, `similar_colors`, `all_similar`.
 export template <class F, class S>
 concept SimilarityFunction = requires(const F& f, index_t i, S distance) {
   { f(i, i, distance) } -> std::same_as<bool>;
@@ -19,8 +19,9 @@ concept SimilarityFunction = requires(const F& f, index_t i, S distance) {
 
 /// How much a pair of points counts: a function of their indices i and j and of the distance
 /// between them, or of the distance alone, that returns a number. Pure, and called from several
-/// threads at once. Models: `unit_weight`, `distance_weight`, `gaussian`, `huber` and its like; any
-/// lambda. A `Kernel`, of bandwidths and not of a distance, is none.
+/// threads at once. Models: `unit_weight`, `distance_weight`, `gaussian`, and the robust weights
+/// such as `huber`; any lambda. A `Kernel` is not one: it takes a number of bandwidths, not a
+/// distance.
 export template <class F, class S>
 concept PairWeight = !requires(const F& f) { f.support; } &&
                         (requires(const F& f, index_t i, S distance) {
@@ -29,7 +30,7 @@ concept PairWeight = !requires(const F& f) { f.support; } &&
                           { f(distance) } -> std::convertible_to<S>;
                         });
 
-/// What `f` says about the pair, whichever arguments it takes.
+/// The value of `f` for the pair, whichever arguments it takes.
 export template <Scalar S, class F>
   requires SimilarityFunction<F, S> || PairWeight<F, S>
 [[nodiscard]] auto evaluate_pair(const F& f, index_t i, index_t j, S distance) {
@@ -39,15 +40,16 @@ export template <Scalar S, class F>
     return f(distance);
 }
 
-/// Throws `invalid_input` if `f` views sets and these are not as large as those whose pairs it is
-/// asked about. It says so itself, by a member of the same name.
+/// Throws `invalid_input` if `f` was built for sets of other sizes than `first` and `second`, those
+/// whose pairs it is about to evaluate. Does nothing unless `f` has a member of the same name.
 export template <class F>
 void expect_sizes(const F& f, index_t first, index_t second, const char* who) {
   if constexpr (requires { f.expect_sizes(first, second, who); })
     f.expect_sizes(first, second, who);
 }
 
-/// Two sets of columns to compare: i is of the first and j of the second, which may be the same.
+/// Two sets of columns to compare, which may be the same: i is an index into the first and j into
+/// the second.
 template <Scalar S, int D>
 struct column_pair {
   points_view<S, D> first, second;
@@ -65,20 +67,21 @@ struct column_pair {
       return std::to_string(m) + (m == n ? "" : " and " + std::to_string(n));
     };
     throw invalid_input{std::string{who} + ": there are " + both(a, b) +
-                        " points, and what says whether they are similar views " +
+                        " points, but the similarity function views " +
                         both(first.size(), second.size())};
   }
 };
 
-/// Points at most `max_distance` apart, in the units of the coordinates. Views its points.
+/// Points are similar if at most `max_distance` apart, in the units of the coordinates. Views its
+/// points, which must outlive it.
 export template <Scalar S, int D>
 class close_points {
  public:
-  /// Points i and j of one set. Throws `invalid_input` for a negative distance or NaN.
+  /// Compares points i and j of one set. Throws `invalid_input` for a negative distance or NaN.
   template <BorrowedPoints P>
   close_points(P&& points, double max_distance)
       : close_points{points, std::forward<P>(points), max_distance} {}
-  /// Point i of the first set and j of the second.
+  /// Compares point i of the first set with point j of the second.
   template <BorrowedPoints P, BorrowedPoints Q>
   close_points(P&& first, Q&& second, double max_distance)
       : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
@@ -86,6 +89,7 @@ class close_points {
     expect_from(0, max_distance, "close_points: the distance");
   }
 
+  /// Throws `invalid_input`, naming `who`, unless the two sets have these sizes.
   void expect_sizes(index_t first, index_t second, const char* who) const {
     columns_.expect_sizes(first, second, who);
   }
@@ -100,33 +104,36 @@ class close_points {
 export template <PointsSource P, class... Rest>
 close_points(P&&, Rest&&...) -> close_points<scalar_of<P>, dimension_of<P>>;
 
+/// Options of `similar_normals`.
 export struct similar_normals_options {
-  bool ignore_sign = false;  ///< Whether n and −n are the same, as where normals have no side.
+  bool ignore_sign =
+      false;  ///< Whether n and −n count as the same, for normals that are not oriented.
 };
 
-/// Unit normals at most `max_angle` apart, in radians. Identical normals are, whatever the angle;
-/// zero normals, which stand for unknown ones, are similar to nothing. Views its normals.
+/// Unit normals are similar if at most `max_angle` apart, in radians. Identical normals always are;
+/// zero normals, which stand for unknown ones, never are. Views its normals, which must outlive it.
 export template <Scalar S, int D>
 class similar_normals {
  public:
-  /// Normals i and j of one set. Throws `invalid_input` unless the angle is from 0 to π.
+  /// Compares normals i and j of one set. Throws `invalid_input` unless the angle is from 0 to π.
   template <BorrowedPoints P>
     requires PointwiseVectors<P>
   similar_normals(P&& normals, double max_angle, similar_normals_options options = {})
       : similar_normals{normals, std::forward<P>(normals), max_angle, options} {}
-  /// Normal i of the first set and j of the second.
+  /// Compares normal i of the first set with normal j of the second.
   template <BorrowedPoints P, BorrowedPoints Q>
     requires PointwiseVectors<P> && PointwiseVectors<Q>
   similar_normals(P&& first, Q&& second, double max_angle, similar_normals_options options = {})
       : columns_{as_points(std::forward<P>(first)), as_points(std::forward<Q>(second))},
         options_{options} {
     expect_angle(max_angle, "similar_normals: the angle");
-    // An angle is compared by its chord: an arc cosine would turn rounding into angles, and NaN.
+    // Angles are compared by their chords: an arc cosine would turn rounding into angles, or NaN.
     constexpr double pi = 3.14159265358979323846;
     const double chord = 2 * std::sin(std::min(max_angle, pi) / 2);
     limit_ = max_angle >= pi ? std::numeric_limits<S>::infinity() : static_cast<S>(chord * chord);
   }
 
+  /// Throws `invalid_input`, naming `who`, unless the two sets have these sizes.
   void expect_sizes(index_t first, index_t second, const char* who) const {
     columns_.expect_sizes(first, second, who);
   }
@@ -135,7 +142,7 @@ class similar_normals {
     const auto b = columns_.second[j];
     const S same = (a - b).squaredNorm();
     const S chord = options_.ignore_sign ? std::min(same, (a + b).squaredNorm()) : same;
-    // What fails, and that is where time goes, need not be asked whether it is zero.
+    // Most pairs fail the first test, so that the zero tests cost little.
     return chord <= limit_ && !a.isZero(0) && !b.isZero(0);
   }
 
@@ -151,20 +158,21 @@ export template <PointsSource P, PointsSource Q>
 similar_normals(P&&, Q&&, double, similar_normals_options = {})
     -> similar_normals<scalar_of<P>, dimension_of<P>>;
 
-/// Colours at most `max_distance` apart in the cube of red, green and blue in [0, 1]: black and
-/// white are √3 apart. Views its colours.
+/// Colours are similar if at most `max_distance` apart in the cube of red, green and blue in [0,
+/// 1], where black and white are √3 apart. Views its colours, which must outlive it.
 export class similar_colors {
  public:
-  /// Colours i and j of one set. Throws `invalid_input` for a negative distance or NaN.
+  /// Compares colours i and j of one set. Throws `invalid_input` for a negative distance or NaN.
   template <BorrowedPoints P>
     requires PointwiseVectors<P>
   similar_colors(P&& colors, double max_distance) : compare_{colors, max_distance} {}
-  /// Colour i of the first set and j of the second.
+  /// Compares colour i of the first set with colour j of the second.
   template <BorrowedPoints P, BorrowedPoints Q>
     requires PointwiseVectors<P> && PointwiseVectors<Q>
   similar_colors(P&& first, Q&& second, double max_distance)
       : compare_{first, second, max_distance} {}
 
+  /// Throws `invalid_input`, naming `who`, unless the two sets have these sizes.
   void expect_sizes(index_t first, index_t second, const char* who) const {
     compare_.expect_sizes(first, second, who);
   }
@@ -177,12 +185,14 @@ export class similar_colors {
   close_points<float, 3> compare_;
 };
 
-/// What is similar by every one of several functions, asked in order until one says no.
+/// Points are similar if all of several functions say so; they are asked in order until one says
+/// no.
 export template <class... F>
 class all_similar {
  public:
   explicit all_similar(F... functions) : functions_{std::move(functions)...} {}
 
+  /// Throws `invalid_input`, naming `who`, unless the two sets have these sizes.
   void expect_sizes(index_t first, index_t second, const char* who) const {
     std::apply([&](const auto&... f) { (cilantro::expect_sizes(f, first, second, who), ...); },
                functions_);

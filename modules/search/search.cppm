@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.search: who is near whom.
+// cilantro.search: nearest neighbours, by several metrics, and graphs of neighbours.
 export module cilantro.search;
 
 export import cilantro.core;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Many queries at once: visited and forgotten, or kept.
+// Searches for many queries at once, whose neighbourhoods are visited and discarded, or kept.
 export module cilantro.search:visit;
 
 import cilantro.standard;
@@ -10,26 +10,27 @@ import :neighbor_searcher;
 
 namespace cilantro {
 
-/// How neighbourhoods are visited.
+/// Options of `visit_neighborhoods`.
 export struct visit_options {
-  /// If given, one for each query: 0 for those that are not asked.
+  /// If not empty, one entry per query: 0 for queries that are skipped.
   std::span<const std::uint8_t> wanted = {};
-  bool ascending = true;  ///< Whether neighbours come in order; in any order is faster.
+  bool ascending = true;  ///< Whether neighbours come sorted by distance. Unsorted is faster.
   int threads = 0;
   task_monitor monitor = {};
 };
 
-/// A `NeighborSearcher` that answers many queries faster than one after another, in an order of its
-/// own: by blocks, on another device, from a tile at a time.
+/// A `NeighborSearcher` that answers many queries faster together than one after another, in an
+/// order of its own: block by block, on another device, or tile by tile.
 ///
-/// Semantics: `visit_all(queries, spec, visit, options)` hands the neighbourhoods of `queries` to
-/// `visit`, in blocks of any size and from several threads at once if it likes: each finite query
-/// that is wanted in one block and once, what `find` finds, by ascending distance and index if
-/// `options.ascending`; no query that is not wanted; one that is not finite, with no neighbours or
-/// not at all. It lets exceptions of `visit` out, and asks `options.monitor` now and then. Sizes
-/// and dimensions have been checked. `found_block` makes blocks. What takes a searcher and many
-/// queries goes through it: `find_neighborhoods`, graphs, components, densities.
-/// Models: `kd_tree`; `check_neighbor_searcher` tests yours.
+/// Semantics: `visit_all(queries, spec, visit, options)` passes the neighbourhoods of `queries` to
+/// `visit`, in blocks of any size, and from several threads at once if it likes. Each finite query
+/// that is wanted occurs exactly once, with the neighbours that `find` finds, by ascending distance
+/// and index if `options.ascending`; queries that are not wanted do not occur; a query that is not
+/// finite occurs without neighbours, or not at all. Exceptions of `visit` reach the caller, and
+/// `options.monitor` is asked from time to time. Callers have checked sizes and dimensions.
+/// `found_block` helps to make blocks. All functions of the library that take a searcher and many
+/// queries use it: `find_neighborhoods`, graphs, components, densities. Models: `kd_tree`;
+/// `check_neighbor_searcher` tests yours.
 export template <class T>
 concept VisitingSearcher =
     NeighborSearcher<T> &&
@@ -39,12 +40,11 @@ concept VisitingSearcher =
       { searcher.visit_all(queries, spec, visit, options) } -> std::same_as<void>;
     };
 
-/// A `NeighborSearcher` that has a fast way to find the neighbourhoods of many queries and keep
-/// them.
+/// A `NeighborSearcher` with a fast way to find the neighbourhoods of many queries and return them
+/// all.
 ///
 /// Semantics: `find_all(queries, spec, how)` is what `find` finds for each query, in their order.
-/// Models: `kd_tree`; `check_neighbor_searcher` tests yours. One that is a `VisitingSearcher` need
-/// not have it.
+/// Models: `kd_tree`; `check_neighbor_searcher` tests yours. A `VisitingSearcher` does not need it.
 export template <class T>
 concept BatchSearcher =
     NeighborSearcher<T> &&
@@ -53,15 +53,16 @@ concept BatchSearcher =
       { searcher.find_all(queries, spec, how) } -> std::same_as<neighborhoods<typename T::scalar>>;
     };
 
-/// Queries answered by one thread at a time; small, since a radius search varies in cost.
+/// How many queries a thread takes at a time; small, since the cost of radius searches varies.
 inline constexpr index_t query_block_size = 256;
 
-/// What is found for some queries, one after another: what a `VisitingSearcher` fills and hands on
-/// as its `view()`.
+/// Collects the neighbourhoods of some queries: a `VisitingSearcher` fills one and passes its
+/// `view()` to the visitor. Entry i is query number `queries[i]`, whose `counts[i]` neighbours
+/// start at position `starts[i]` of `indices` and `distances`.
 export template <Scalar S>
 struct found_block {
-  std::vector<std::int32_t> queries, counts;
-  std::vector<index_t> starts;
+  std::vector<std::int32_t> queries, counts;  ///< Query numbers, and their numbers of neighbours.
+  std::vector<index_t> starts;                ///< Where the neighbours of each begin.
   buffer<std::int32_t> indices;
   buffer<S> distances;
 
@@ -74,22 +75,24 @@ struct found_block {
       distances.push_back(one.distance);
     }
   }
-  /// The next `count` entries will be those of `query`.
+  /// Announces that the next `count` neighbours added to `indices` and `distances` are those of
+  /// `query`.
   void begin(index_t query, index_t count) {
     queries.push_back(static_cast<std::int32_t>(query));
     starts.push_back(std::ssize(indices));
     counts.push_back(static_cast<std::int32_t>(count));
   }
+  /// What has been collected, as a block; valid while this is not changed.
   [[nodiscard]] neighborhood_block<S> view() const {
     return {queries, starts, counts, indices, distances};
   }
 };
 
-/// So many neighbours are kept before a visitor gets them, and those of one more query.
+/// How many neighbours are collected before a visitor gets them; the last query may exceed it.
 inline constexpr std::size_t most_kept = std::size_t{1} << 18;
 
-/// Asks for every q in [0, queries) that is wanted, in parallel. `make_find()` is called once a
-/// block and returns a function `find(q, out)` that may keep what it needs between queries.
+/// Searches for every q in [0, queries) that is wanted, in parallel. `make_find()` is called once
+/// per block and returns a function `find(q, out)` that may keep what it needs between queries.
 template <Scalar S, class F>
 void visit_queries(index_t queries, const neighborhood_visitor<S>& visit,
                    const visit_options& options, F&& make_find) {
@@ -139,8 +142,8 @@ template <Scalar S>
   return {std::move(offsets), std::move(indices), std::move(distances)};
 }
 
-/// Asks for every q in [0, queries), in parallel, and gathers what is found. `make_find()` is
-/// called once a block and returns a function `find(q, out)` that may keep what it needs between
+/// Searches for every q in [0, queries), in parallel, and gathers what is found. `make_find()` is
+/// called once per block and returns a function `find(q, out)` that may keep what it needs between
 /// queries.
 template <Scalar S, class F>
 [[nodiscard]] neighborhoods<S> gather_neighborhoods(index_t queries, const execution& how,
@@ -159,7 +162,7 @@ template <Scalar S, class F>
   return gather_blocks<S>(queries, std::move(blocks), how.threads);
 }
 
-/// What a visit finds of every query, kept.
+/// Keeps what a visit finds for every query.
 template <VisitingSearcher T>
 [[nodiscard]] auto gather_visits(const T& searcher,
                                  points_view<typename T::scalar, T::static_dimension> queries,
@@ -168,20 +171,21 @@ template <VisitingSearcher T>
   std::mutex one_at_a_time;
   std::vector<found_block<S>> blocks;
   std::vector<bool> is_visited(queries.size());
-  searcher.visit_all(
-      queries, spec,
-      [&](const neighborhood_block<S>& block) {
-        found_block<S> kept;
-        for (index_t i = 0; i < block.size(); ++i) kept.add(block.query(i), block[i]);
-        const std::scoped_lock lock{one_at_a_time};
-        for (const auto q : kept.queries) {
-          expects(0 <= q && q < queries.size() && !is_visited[q],
-                  "find_neighborhoods: the searcher visits a query that is none, or one twice");
-          is_visited[q] = true;
-        }
-        blocks.push_back(std::move(kept));
-      },
-      {.threads = how.threads, .monitor = how.monitor});
+  searcher.visit_all(queries, spec,
+                     [&](const neighborhood_block<S>& block) {
+                       found_block<S> kept;
+                       for (index_t i = 0; i < block.size(); ++i)
+                         kept.add(block.query(i), block[i]);
+                       const std::scoped_lock lock{one_at_a_time};
+                       for (const auto q : kept.queries) {
+                         expects(0 <= q && q < queries.size() && !is_visited[q],
+                                 "find_neighborhoods: the searcher visits a query that was not "
+                                 "given, or visits one twice");
+                         is_visited[q] = true;
+                       }
+                       blocks.push_back(std::move(kept));
+                     },
+                     {.threads = how.threads, .monitor = how.monitor});
   return gather_blocks<S>(queries.size(), std::move(blocks), how.threads);
 }
 
@@ -212,11 +216,11 @@ export template <NeighborSearcher T, PointsSource P>
       how);
 }
 
-/// Hands the neighbourhoods of `queries` to `visit`, a block of them at a time and from several
-/// threads at once, and keeps none: memory does not grow with their number. A searcher visits them
-/// in the order that it is fast in: each finite query that is wanted once, others perhaps not at
-/// all. What a block holds is gone after the call.
-/// Throws `invalid_input` if the dimensions or sizes differ; what `visit` throws; `cancelled`.
+/// Passes the neighbourhoods of `queries` to `visit`, a block at a time and from several threads at
+/// once, and keeps none, so that memory does not grow with the number of queries. The searcher
+/// chooses the order; each finite query that is wanted is visited once, a non-finite one once or
+/// not at all. A block is valid only during the call of `visit`. Throws `invalid_input` if the
+/// dimensions or sizes differ; what `visit` throws; `cancelled`.
 export template <NeighborSearcher T>
 void visit_neighborhoods(const T& searcher,
                          points_view<typename T::scalar, T::static_dimension> queries,
@@ -228,10 +232,10 @@ void visit_neighborhoods(const T& searcher,
   expects(queries.size() <= std::numeric_limits<std::int32_t>::max(),
           "visit_neighborhoods: there can be at most 2^31 - 1 queries");
   expects(options.wanted.empty() || std::ssize(options.wanted) == queries.size(),
-          "visit_neighborhoods: it must be said for each query whether it is wanted");
+          "visit_neighborhoods: `wanted` must be empty, or have one entry per query");
   static_assert(
       VisitingSearcher<T> || !requires { &T::visit_all; },
-      "visit_all of the searcher is not as VisitingSearcher asks");
+      "the searcher has a visit_all, but does not satisfy VisitingSearcher");
   if constexpr (VisitingSearcher<T>)
     searcher.visit_all(queries, spec, visit, options);
   else

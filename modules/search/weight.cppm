@@ -10,7 +10,7 @@ import :pair;
 
 namespace cilantro {
 
-/// 1, whatever the distance: the adjacency of a graph.
+/// 1, whatever the distance.
 export struct unit_weight {
   template <Scalar S>
   S operator()(S) const {
@@ -81,8 +81,9 @@ export struct geman_mcclure {
   }
 };
 
-/// A robust kernel of any type, as an option: a function of a residual that returns its weight. By
-/// default, none. A `Kernel` of bandwidths is not one.
+/// A robust kernel of any type, for options: a function of a residual that returns its weight.
+/// Empty by default, which weighs all residuals alike. A `Kernel`, which takes a number of
+/// bandwidths, is not one.
 export class robust_kernel {
  public:
   robust_kernel() = default;
@@ -91,7 +92,7 @@ export class robust_kernel {
   robust_kernel(K kernel) : weight_{std::move(kernel)} {}  // NOLINT: a conversion on purpose
 
   [[nodiscard]] explicit operator bool() const { return weight_ != nullptr; }
-  /// 1 if there is none.
+  /// The weight; 1 if there is no kernel.
   double operator()(double residual) const { return weight_ ? weight_(residual) : 1; }
 
  private:

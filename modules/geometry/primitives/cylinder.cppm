@@ -7,13 +7,13 @@ import :line;
 
 namespace cilantro {
 
-/// The points at a distance of `radius` from an axis in 3D, without ends. In double, whatever the
-/// points are in.
+/// An infinite cylinder: the points at a distance of `radius` from an `axis` in 3D. Always in
+/// double.
 export struct cylinder_model {
   line_model<3> axis;
   double radius = 0;
 
-  /// Positive outside. In the units of the points.
+  /// The distance to the surface in the units of the points: positive outside, negative inside.
   template <class V>
   [[nodiscard]] double signed_distance(const Eigen::MatrixBase<V>& point) const {
     return axis.distance(point) - radius;

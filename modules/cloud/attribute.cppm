@@ -15,7 +15,8 @@ export using attribute_values =
                  std::vector<float>, std::vector<double>, std::vector<std::int64_t>,
                  std::vector<std::uint64_t>>;
 
-/// Values with a name that is unique in its cloud.
+/// One value per point of a cloud, under a `name` that no other attribute of the cloud has. The
+/// `values` are of one type.
 export struct attribute {
   std::string name;
   attribute_values values;
@@ -25,7 +26,7 @@ export struct attribute {
   friend bool operator==(const attribute&, const attribute&) = default;
 };
 
-/// The name of the type of which there are values, such as "uint8" or "float".
+/// The name of the type of the values, such as "uint8" or "float".
 export [[nodiscard]] std::string_view type_name(const attribute_values& values);
 
 /// The fixed-width type that holds a T.
@@ -49,8 +50,8 @@ struct kept_type<T> {
                              std::conditional_t<std::is_signed_v<T>, std::int8_t, std::uint8_t>>>>;
 };
 
-/// A range of numbers of any type, as the values of an attribute: labels, a mask, what a view
-/// computes.
+/// A range of numbers of any type that can become the values of an attribute: labels, a mask, what
+/// a view computes.
 export template <class R>
 concept AttributeRange =
     std::ranges::input_range<R> && std::is_arithmetic_v<std::ranges::range_value_t<R>> &&
@@ -59,13 +60,13 @@ concept AttributeRange =
 /// The values of the given points, in that order. Precondition: all indices are in range.
 attribute select(const attribute& all, std::span<const std::int32_t> indices);
 
-/// One value per group. Floating values: the mean of the finite ones, NaN if there are none.
-/// Integers: the median (of an even number, the lower one), which is always a value that occurs and
-/// equals any label that more than half of the group bears; a mean of labels would be a label of
-/// nothing.
+/// One value per group. For floating-point values: the mean of the finite ones, NaN if there are
+/// none. For integers: the median (the lower one of two), which is always a value that occurs, and
+/// is the label of the majority if more than half of the group has the same; a mean of labels would
+/// be meaningless.
 attribute reduce(const attribute& all, const point_groups& groups);
 
-/// A name that comes twice among `names`; nothing if all are different. O(n log n).
+/// A name that occurs more than once in `names`; nothing if all are different. O(n log n).
 export [[nodiscard]] std::optional<std::string_view> repeated_name(
     std::vector<std::string_view> names);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Which points of a cloud are wanted, before any of them is copied.
+// Which points of a cloud are kept, decided before any of them is copied.
 module;
 #include "core/closed_spaces.hpp"
 export module cilantro.cloud:choice;
@@ -14,21 +14,21 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// Which points of a cloud are wanted, and in which order: at first all of them, then fewer with
-/// each step that chooses. Place k of the choice holds the point of index `choice[k]`.
+/// Which points of a cloud are kept, and in which order: at first all of them, then fewer with each
+/// step that chooses. Position k of the choice holds the point with index `choice[k]`.
 export class chosen_points {
  public:
   /// All points of a cloud of `size`. Precondition: `size` is at most 2³¹ − 1.
   explicit chosen_points(index_t size) : size_{size} {}
 
   [[nodiscard]] index_t size() const { return is_everything_ ? size_ : std::ssize(points_); }
-  /// The index of the point at place `k`. Precondition: 0 <= k < size().
+  /// The index of the point at position `k`. Precondition: 0 <= k < size().
   [[nodiscard]] std::int32_t operator[](index_t k) const {
     return is_everything_ ? static_cast<std::int32_t>(k) : points_[k];
   }
-  /// Whether all points are wanted, in their order.
+  /// Whether all points are kept, in their order.
   [[nodiscard]] bool is_everything() const { return is_everything_; }
-  /// The indices of all points that are wanted.
+  /// The indices of all points that are kept, in their order.
   [[nodiscard]] index_list indices() const {
     if (!is_everything_) return points_;
     index_list all;
@@ -37,7 +37,8 @@ export class chosen_points {
     return all;
   }
 
-  /// Keeps the places for which `wanted(k, index)` holds, in their order.
+  /// Keeps the points for which `wanted(k, index)` holds, in their order; k is the position,
+  /// `index` the point.
   template <std::predicate<index_t, std::int32_t> F>
   void keep_if(F&& wanted) {
     index_list next;
@@ -46,7 +47,7 @@ export class chosen_points {
       const auto index = (*this)[k];
       if (!wanted(k, index)) {
         if (!is_everything) continue;
-        // The first that is not wanted: those before it have not been written down.
+        // The first point that is dropped: those before it have not been recorded yet.
         is_everything = false;
         next.reserve(before);
         for (std::int32_t i = 0; i < index; ++i) next.push_back(i);
@@ -58,10 +59,10 @@ export class chosen_points {
     points_ = std::move(next);
     is_everything_ = false;
   }
-  /// Keeps these places, in their order and as often as they are named. Precondition: they are
-  /// places of this choice.
+  /// Keeps the points at these positions, in the order of `places`, which may repeat. Precondition:
+  /// 0 <= place < size().
   void keep(std::span<const std::int32_t> places) {
-    // Different ones in their order, as many as there are: all of them.
+    // The same number of positions, each in its place: nothing changes.
     bool is_same = std::ssize(places) == size();
     for (index_t k = 0; is_same && k < size(); ++k) is_same = places[k] == k;
     if (is_same) return;
@@ -82,26 +83,28 @@ template <Scalar S, int D>
 point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices);
 template <Scalar S, int D>
 point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::int32_t> indices);
-/// As above, where the cloud is no longer needed: in its own memory, if points stay in their order.
+/// As above, where the cloud is no longer needed: uses its memory, if the points stay in their
+/// order.
 template <Scalar S, int D>
 point_cloud<S, D> gather(point_cloud<S, D>&& cloud, std::span<const std::int32_t> indices);
-/// The points of the cloud that are wanted, with all that belongs to them.
+/// The points of the cloud that are kept, with all that belongs to them.
 template <PointCloud C>
 [[nodiscard]] std::remove_cvref_t<C> gather(C&& cloud, const chosen_points& kept) {
   if (kept.is_everything()) return std::forward<C>(cloud);
   return gather(std::forward<C>(cloud), std::span<const std::int32_t>{kept.indices()});
 }
 
-/// A step of a pipeline that only chooses points: `choose(cloud, kept)` leaves fewer of them in
-/// `kept`, or others in another order, and looks at the cloud without changing it. Consecutive ones
-/// of a stored line are done in one pass, and what is left is copied once.
+/// A step of a pipeline that only chooses points: `choose(cloud, kept)` reduces or reorders `kept`,
+/// and does not change the cloud. Consecutive steps of this kind in a stored pipeline run in one
+/// pass, and the remaining points are copied once.
 export template <class T, class C>
 concept ChoosingStep =
     requires(const T& step, const std::remove_cvref_t<C>& cloud, chosen_points& kept) {
       { step.choose(cloud, kept) } -> std::same_as<void>;
     };
 
-/// The points that all of `steps` leave, one after the other, with all that belongs to them.
+/// The points that remain after all of `steps`, applied one after the other, with all that belongs
+/// to them.
 template <PointCloud C, class... Steps>
 [[nodiscard]] std::remove_cvref_t<C> keep_chosen(C&& cloud, const Steps&... steps) {
   expect_consistent(cloud, "pipeline");

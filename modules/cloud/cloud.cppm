@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.cloud: points with what belongs to them, and pipelines of steps.
+// cilantro.cloud: point clouds with normals, colours and attributes, and pipelines of steps on
+// them.
 export module cilantro.cloud;
 
 export import cilantro.core;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Clouds moved, put together and converted.
+// Moving, joining and converting clouds.
 module;
 #include "core/closed_spaces.hpp"
 export module cilantro.cloud:combine;
@@ -12,12 +12,13 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// The cloud moved by `transform`, rigid or affine, of the world: points, and normals by the
-/// inverse transpose. A cloud with an origin has that moved in double, and its points stay small.
-/// Colours and attributes stay as they are. Throws `invalid_input` for a transform of another
-/// dimension, and for one that cannot be inverted if there are normals. A transform of another
-/// scalar is converted, but for what it does to the origin; and a translation to 10,000 units or
-/// more that the scalar of the cloud would round becomes the origin, as readers choose one.
+/// The cloud moved by `transform`, a rigid or affine map of world coordinates. Normals are turned
+/// by its inverse transpose; colours and attributes stay as they are. If the cloud has an origin,
+/// the origin is moved in double, and the points stay small. A transform of another scalar is
+/// converted to that of the cloud, except where it acts on the origin; a translation by 10,000
+/// units or more that the scalar of the cloud would round becomes the cloud's origin. Throws
+/// `invalid_input` for a transform of another dimension, and for one that cannot be inverted if
+/// there are normals.
 export template <Scalar S, int D, AffineMap T>
   requires std::same_as<typename T::Scalar, S> || requires(const T& t) { t.template cast<S>(); }
 [[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud, const T& transform) {
@@ -43,7 +44,7 @@ export template <Scalar S, int D, AffineMap T>
   return cloud;
 }
 
-/// As above, by a matrix of homogeneous coordinates, as files of poses have them. Throws
+/// As above, by a matrix of homogeneous coordinates, such as pose files contain. Throws
 /// `invalid_input` unless its last row is (0, …, 0, 1).
 export template <Scalar S, int D, class M>
 [[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud,
@@ -54,7 +55,7 @@ export template <Scalar S, int D, class M>
                        dimension, "transform: matrix and cloud must have the same dimension"));
 }
 
-/// Throws `invalid_input` unless two clouds know the same about their points.
+/// Throws `invalid_input` unless two clouds have the same kinds of data about their points.
 template <Scalar S, int D>
 void expect_appendable(const point_cloud<S, D>& first, const point_cloud<S, D>& second) {
   expects(first.dimension() == second.dimension(), "append: the clouds differ in dimension");
@@ -115,17 +116,18 @@ template <Scalar S, int D>
   return all;
 }
 
-/// The points of `first`, then those of `second`. Both must know the same about their points:
-/// throws `invalid_input` naming normals, colours or the attribute that only one of them has. An
-/// empty cloud goes with every other. Comments of both are kept, and the origin of the first one.
+/// The points of `first`, then those of `second`. Both must have the same kinds of data: throws
+/// `invalid_input`, naming the normals, colours or attribute that only one of them has, or that
+/// differ in type. An empty cloud can be appended to any other. Keeps the comments of both, and the
+/// origin of the first cloud that is not empty.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> append(const point_cloud<S, D>& first,
                                        const point_cloud<S, D>& second) {
   return append_parts<S, D>(std::array{&first, &second});
 }
 
-/// The points of any number of clouds, as `append` puts two together, in time that is linear in
-/// their number. None make an empty cloud.
+/// The points of any number of clouds, joined as by `append`, in time that is linear in the number
+/// of points. For no clouds, an empty cloud.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> append_all(const std::vector<point_cloud<S, D>>& clouds) {
   std::vector<const point_cloud<S, D>*> parts;
@@ -133,7 +135,8 @@ export template <Scalar S, int D>
   return append_parts<S, D>(parts);
 }
 
-/// The cloud with points and normals in another scalar. Colours and attributes keep their types.
+/// The cloud with points and normals converted to another scalar. Colours and attributes keep their
+/// types.
 export template <Scalar T, Scalar S, int D>
 [[nodiscard]] point_cloud<T, D> cast(const point_cloud<S, D>& cloud) {
   expect_consistent(cloud, "cast");

@@ -9,11 +9,13 @@ import :point_cloud;
 
 namespace cilantro {
 
+/// Options of `cloud_from_depth` and `cloud_from_rgbd`.
 export struct depth_cloud_options {
-  /// Normals by central differences; without one are the border and the surroundings of holes.
+  /// Whether to compute normals, by central differences; at the border and around holes they are
+  /// zero.
   bool normals = false;
-  /// Whether pixels that know nothing stay in their place as NaN, and the cloud has the width and
-  /// height of the image; otherwise they are left out.
+  /// Whether pixels without depth become points of NaN, and the cloud has the width and height of
+  /// the image; otherwise they are left out.
   bool organized = false;
   int threads = 0;
 };
@@ -22,8 +24,8 @@ template <Scalar S>
 point_cloud<S, 3> closed_depth_cloud(const image<S>& depth, const pinhole_camera<S>& camera,
                                      const depth_cloud_options& options);
 
-/// What a depth image shows, as a cloud in world coordinates. By default integers are
-/// millimetres and floating pixels metres; any `DepthConverter` may say otherwise. Throws as
+/// The points that a depth image shows, as a cloud in world coordinates. By default, integers are
+/// millimetres and floating-point pixels metres; another `DepthConverter` can be given. Throws as
 /// `unproject` does.
 export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_scale>
 [[nodiscard]] point_cloud<S, 3> cloud_from_depth(const I& depth, const pinhole_camera<S>& camera,
@@ -38,8 +40,8 @@ point_cloud<S, 3> closed_color_cloud(const image<S>& depth, image_view<rgb> colo
                                      const pinhole_camera<S>& camera,
                                      const depth_cloud_options& options);
 
-/// As above with colours, of an image that shows what the depth image shows, pixel by pixel.
-/// Throws `invalid_input` if the images differ in size.
+/// As above, with colours from an image that matches the depth image pixel by pixel. Throws
+/// `invalid_input` if the images differ in size.
 export template <Scalar S, ImageSource I, ImageSource C,
                  DepthConverter<pixel_of<I>> F = depth_scale>
   requires std::same_as<pixel_of<C>, rgb>
@@ -51,7 +53,8 @@ export template <Scalar S, ImageSource I, ImageSource C,
                             image_view{colors}, camera, options);
 }
 
-/// A function from depth images to clouds of one camera, for `std::views::transform` over frames.
+/// A function that converts depth images of one camera to clouds, for `std::views::transform` over
+/// frames.
 export template <Scalar S, class F = depth_scale>
 [[nodiscard]] auto to_cloud(const pinhole_camera<S>& camera, depth_cloud_options options = {},
                             F convert = {}) {
@@ -60,8 +63,9 @@ export template <Scalar S, class F = depth_scale>
   { return cloud_from_depth(depth, camera, options, convert); };
 }
 
-/// The colours of the points that `seen` says each pixel sees, from 0 to 255.
-/// Throws `invalid_input` unless the cloud has colours, and `seen` is of its points.
+/// A picture of the cloud's colours, from 0 to 255, where `seen` holds the index of the point that
+/// each pixel shows, as `project` finds it; `background` where it shows none. Throws
+/// `invalid_input` unless the cloud has colours, and all indices are of its points.
 export template <Scalar S>
 [[nodiscard]] image<rgb> project_colors(const point_cloud<S, 3>& cloud,
                                         const image<std::int32_t>& seen,

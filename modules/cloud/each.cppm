@@ -6,31 +6,32 @@ import cilantro.core;
 
 namespace cilantro {
 
+/// Options of `each`.
 export struct each_options {
-  /// So many frames are prepared by as many other threads while those before them are used; 0: each
-  /// frame when it is asked for, by the thread that asks.
+  /// How many frames are prepared ahead, each by a thread of its own, while an earlier one is used.
+  /// 0: each frame is prepared when it is needed, by the thread that needs it.
   int ahead = 0;
 };
 
-/// Tasks that are done by other threads before they are asked for, and handed out in their order.
+/// Tasks that other threads do ahead of time; their results are handed out in order.
 class work_ahead {
  public:
   /// `take(slot)` fetches the input of the next task, one at a time and in order, and returns false
-  /// if there is none; `work(slot)` does it. Slots are numbered from 0 to `ahead`, and one is not
-  /// used again before its task has been released.
+  /// if there is none; `work(slot)` does it. Slots are numbered from 0 to `ahead`; a slot is not
+  /// reused before its task has been released.
   work_ahead(int ahead, std::function<bool(index_t slot)> take,
              std::function<void(index_t slot)> work);
-  /// Waits until no thread works any more; tasks that have not begun are left.
+  /// Waits for the tasks that have begun, and drops the others.
   ~work_ahead();
   work_ahead(const work_ahead&) = delete;
   work_ahead& operator=(const work_ahead&) = delete;
 
-  /// Whether there is no further task. Waits until that is known.
+  /// Whether there are no more tasks. Waits until that is known.
   [[nodiscard]] bool at_end();
-  /// The slot of the first task that has not been released, when it is done. Throws what taking or
-  /// doing it has thrown. Precondition: not `at_end()`.
+  /// Waits until the first task that has not been released is done, and returns its slot. Throws
+  /// what taking or doing the task has thrown. Precondition: not `at_end()`.
   index_t wait();
-  /// Leaves the first task, so that its slot can be used again.
+  /// Releases the first task, so that its slot can be reused.
   void release();
 
  private:
@@ -38,10 +39,9 @@ class work_ahead {
   std::unique_ptr<state> state_;
 };
 
-/// What `each` gives: the frames of a range, each sent through a function once, however often it is
-/// looked at. An input range, to be gone through from its beginning: `begin()` starts anew where
-/// the frames allow it. Elements are lvalues that live until the next is asked for, and may be
-/// moved from.
+/// The view that `each` returns: the frames of a range, each sent through a function exactly once,
+/// however often the element is read. An input range; `begin()` starts again if the range of frames
+/// can. Elements are lvalues that live until the iterator is advanced, and may be moved from.
 export template <std::ranges::view V, class F>
   requires std::ranges::input_range<V> &&
            std::invocable<const F&, std::ranges::range_reference_t<V>>
@@ -60,6 +60,7 @@ class each_view : public std::ranges::view_interface<each_view<V, F>> {
   };
 
  public:
+  /// An input iterator over the results.
   class iterator {
    public:
     using value_type = result_type;
@@ -147,13 +148,14 @@ class each_view : public std::ranges::view_interface<each_view<V, F>> {
   std::unique_ptr<state> state_;
 };
 
-/// Sends each frame of a range through a step, or any function: `frames | each(prepare)`, a view as
-/// those of the standard library, lazy, in which each frame is done once however the views behind
-/// it ask. With `.ahead`, other threads prepare the next ones while one is used: the same results
-/// in the same order, and an exception of a frame arrives where that frame is asked for. Threads
-/// that OpenMP would use are then shared between them. The function is called by several threads at
-/// once, and the frames are fetched by one at a time; leaving early waits for what has begun.
-/// Throws `invalid_input` for a negative `ahead`.
+/// Sends each frame of a range through a step, or any function: `frames | each(prepare)`. The
+/// result is a lazy view, as in the standard library, but processes each frame only once, however
+/// often later views read it. With `.ahead`, other threads prepare the next frames while one is
+/// used: the results and their order stay the same, and an exception for a frame is thrown where
+/// that frame is read. These threads share the threads that OpenMP would use. The function is then
+/// called by several threads at once, while frames are fetched by one thread at a time; leaving the
+/// loop early waits for the frames that have been begun. Throws `invalid_input` for a negative
+/// `ahead`.
 export template <class F>
 [[nodiscard]] auto each(F function, each_options options = {}) {
   return range_closure{

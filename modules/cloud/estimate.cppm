@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What is computed of a cloud and kept with it, and what a grid leaves of it.
+// Normals of a cloud, and its reduction by a grid.
 module;
 #include "core/closed_spaces.hpp"
 export module cilantro.cloud:estimate;
@@ -15,7 +15,7 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// The options with the viewpoint as the cloud's points are given.
+/// The options with the viewpoint in the cloud's local coordinates.
 template <Scalar S, int D>
 normals_options local_to(const point_cloud<S, D>& cloud, normals_options options) {
   if (options.viewpoint) options.viewpoint = cloud.to_local(*options.viewpoint);
@@ -30,8 +30,8 @@ point_cloud<S, D> with_normals(point_cloud<S, D>&& cloud, normals_result<S, D>&&
   return std::move(cloud);
 }
 
-/// The cloud with normals, and with the curvatures as its attribute "curvature"; both replace what
-/// was there. Everything else is kept. See `estimate_normals` on points.
+/// The cloud with estimated normals, and the curvatures as its attribute "curvature"; both replace
+/// existing ones. Everything else is kept. See `estimate_normals` for points.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud, neighborhood_spec spec,
                                                  const normals_options& options = {}) {
@@ -50,7 +50,7 @@ export template <Scalar S, int D, CovarianceEstimator<S, D> E>
                       estimate_normals(cloud.points, spec, estimate, local_to(cloud, options)));
 }
 
-/// As above, from neighbourhoods that are known.
+/// As above, from neighbourhoods that any searcher has found.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> estimate_normals(point_cloud<S, D> cloud,
                                                  const neighborhoods<S>& near,
@@ -68,12 +68,12 @@ export template <Scalar S, int D, CovarianceEstimator<S, D> E>
                       estimate_normals(cloud.points, near, estimate, local_to(cloud, options)));
 }
 
-/// One point per occupied cell, as `voxel_downsample` on points: the mean of the points, of the
-/// normals (turned to one side, at unit length) and of the colours of a cell; attributes as a mean
-/// if they are floating, as the lower median if they are integers. Or one of the points of the
-/// cell, with all that belongs to it. Cells lie where they do in the world, whatever the cloud's
-/// origin. Throws as `voxel_grid` does, and if normals are to be compared and there are none.
-/// Memory beside the result: about 24 bytes a point.
+/// One point per occupied cell, as `voxel_downsample` for points. By default, the mean of the
+/// points, of the normals (flipped to one side, at unit length) and of the colours in the cell,
+/// with the mean of floating-point attributes and the lower median of integer ones. Otherwise, one
+/// of the points of the cell, with all that belongs to it. Cells are aligned in world coordinates,
+/// whatever the cloud's origin. Throws as `voxel_grid` does, and if normals are to be compared and
+/// there are none. Memory beside the result: about 24 bytes per point.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> voxel_downsample(const point_cloud<S, D>& cloud,
                                                  const voxel_size& size,
@@ -100,7 +100,8 @@ export template <Scalar S, int D>
   return reduced;
 }
 
-/// The cloud with each normal turned towards `viewpoint`. Throws `invalid_input` if it has none.
+/// The cloud with each normal flipped towards `viewpoint`, in world coordinates. Throws
+/// `invalid_input` if it has no normals.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> orient_to_viewpoint(point_cloud<S, D> cloud,
                                                     const coordinates& viewpoint) {
@@ -112,8 +113,8 @@ export template <Scalar S, int D>
   return cloud;
 }
 
-/// The cloud with its normals turned so that neighbours agree over the whole surface, as
-/// `orient_consistently` on points. Throws `invalid_input` if it has none.
+/// The cloud with its normals flipped so that neighbours agree over the whole surface, as
+/// `orient_consistently` for points. Throws `invalid_input` if it has no normals.
 export template <Scalar S, int D>
 [[nodiscard]] point_cloud<S, D> orient_consistently(point_cloud<S, D> cloud, neighborhood_spec spec,
                                                     orientation_options options = {}) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Fewer points of a cloud, with all that belongs to them: functions on clouds, the same as steps,
-// and some of them on points alone.
+// Filters that keep some points of a cloud, with all that belongs to them: as functions of clouds,
+// as steps, and some also for points alone.
 export module cilantro.cloud:filters;
 
 import cilantro.standard;
@@ -14,13 +14,12 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// Which points are meant: those with some indices, those of a mask, which has one truth value per
-/// point (bool, or a byte such as in `dbscan_result::is_core`), or those whose index satisfies a
-/// predicate.
+/// Chooses points: by a range of indices; by a mask, which has one truth value per point (bool, or
+/// a byte such as in `dbscan_result::is_core`); or by a predicate of the index.
 export template <class W>
 concept PointChoice = IndexRange<W> || MaskRange<W> || std::predicate<W, index_t>;
 
-/// For each point whether it is meant. Throws `invalid_input`, naming the function `who`, for an
+/// For each point, whether it is chosen. Throws `invalid_input`, naming the function `who`, for an
 /// index that is out of range, and for a mask of another size.
 template <PointChoice W>
 [[nodiscard]] std::vector<bool> mask_of(W&& which, index_t size, const char* who) {
@@ -41,8 +40,8 @@ template <PointChoice W>
   return mask;
 }
 
-/// Leaves the chosen points: in the order of the indices and as often as one is named, otherwise in
-/// their own order.
+/// Keeps the chosen points: for indices, in their order, which may repeat; otherwise in the order
+/// of the points.
 template <PointChoice W>
 void choose_points(W&& which, chosen_points& kept) {
   if constexpr (std::predicate<W, index_t>) {
@@ -57,14 +56,14 @@ void choose_points(W&& which, chosen_points& kept) {
   }
 }
 
-/// Leaves all others.
+/// Keeps the points that are not chosen, in order.
 template <PointChoice W>
 void choose_others(W&& which, chosen_points& kept) {
   const auto mask = mask_of(which, kept.size(), "exclude");
   kept.keep_if([&](index_t k, std::int32_t) { return !mask[k]; });
 }
 
-/// Leaves the finite points that are in a region, or that are not.
+/// Keeps the finite points that are inside a region, or those that are outside.
 template <Scalar S, int D, Region<D> R>
 void choose_in_region(points_view<S, D> points, const point_vector<double, D>& origin,
                       const R& region, bool inside, chosen_points& kept) {
@@ -76,7 +75,7 @@ void choose_in_region(points_view<S, D> points, const point_vector<double, D>& o
   });
 }
 
-/// The points of a matrix that a choice has left.
+/// The points of a matrix that a choice has kept.
 template <PointsSource P>
 [[nodiscard]] auto gather_points(const P& points, const chosen_points& kept)
     -> point_matrix<scalar_of<P>, dimension_of<P>> {
@@ -84,15 +83,16 @@ template <PointsSource P>
                                                                          kept.indices());
 }
 
-/// Where a filter tells which points of the cloud it was given it has removed: their indices,
-/// ascending. May be null.
+/// Where a filter writes the indices of the points that it has removed, ascending, counted in the
+/// cloud that the filter was given. May be null.
 export using removed_indices = index_list*;
 
-/// Leaves the places `left`, and tells the others.
+/// Keeps the points at positions `left`, and writes the indices of the others to `removed`.
 void keep_and_tell(std::span<const std::int32_t> left, removed_indices removed,
                    chosen_points& kept);
 
-/// `f(points)` of the points that are left, as a view in the dimension that is compiled.
+/// Calls `f` with a view of the points that are kept, in the dimension that the library is compiled
+/// for.
 template <Scalar S, int D, class F>
 auto with_points_left(const point_cloud<S, D>& cloud, const chosen_points& kept, F&& f) {
   constexpr int C = closed_dimension<D>;
@@ -111,13 +111,13 @@ struct invalid_points {
   }
 };
 
-/// The cloud without the points that have a non-finite coordinate, in order, with all that belongs
-/// to the others. A cloud without such points is handed on as it is.
+/// The cloud without the points that have a non-finite coordinate; order, and all that belongs to
+/// the other points, are kept. A cloud without such points is returned as it is.
 export template <PointCloud C>
 [[nodiscard]] std::remove_cvref_t<C> remove_invalid(C&& cloud) {
   return keep_chosen(std::forward<C>(cloud), invalid_points{});
 }
-/// The same of points alone.
+/// As above, for points alone.
 export template <PointsSource P>
   requires(!PointCloud<P>)
 [[nodiscard]] auto remove_invalid(const P& points) {
@@ -126,7 +126,7 @@ export template <PointsSource P>
   kept.keep_if([&](index_t, std::int32_t i) { return is_finite(view[i]); });
   return gather_points(points, kept);
 }
-/// The same as a step.
+/// As above, as a step.
 export [[nodiscard]] inline auto remove_invalid() {
   return choosing_step{invalid_points{}};
 }
@@ -143,9 +143,9 @@ struct points_meant {
   }
 };
 
-/// The chosen points, with all that belongs to them: in the order of the indices and as often as
-/// one is named, otherwise in the order of the cloud. Throws `invalid_input` for an index that is
-/// out of range, and for a mask that has not one value per point.
+/// The chosen points, with all that belongs to them: for indices, in their order, which may repeat;
+/// otherwise in the order of the cloud. Throws `invalid_input` for an index that is out of range,
+/// and for a mask that does not have one value per point.
 export template <PointCloud C, PointChoice W>
 [[nodiscard]] std::remove_cvref_t<C> select(C&& cloud, W&& which) {
   expect_consistent(cloud, "select");
@@ -153,7 +153,7 @@ export template <PointCloud C, PointChoice W>
   choose_points(which, kept);
   return gather(std::forward<C>(cloud), kept);
 }
-/// The same of points alone.
+/// As above, for points alone.
 export template <PointsSource P, PointChoice W>
   requires(!PointCloud<P>)
 [[nodiscard]] auto select(const P& points, W&& which) {
@@ -161,7 +161,7 @@ export template <PointsSource P, PointChoice W>
   choose_points(which, kept);
   return gather_points(points, kept);
 }
-/// The same as a step. In a line of steps, indices count what the steps before have left.
+/// As above, as a step. In a pipeline, indices count the points that earlier steps have kept.
 export template <class Which>
   requires PointChoice<const Which&>
 [[nodiscard]] auto select(Which which) {
@@ -180,7 +180,8 @@ struct points_not_meant {
   }
 };
 
-/// All other points than `select` gives, in the order of the cloud. Throws as it does.
+/// All points but those that `select` would return, in the order of the cloud. Throws as `select`
+/// does.
 export template <PointCloud C, PointChoice W>
 [[nodiscard]] std::remove_cvref_t<C> exclude(C&& cloud, W&& which) {
   expect_consistent(cloud, "exclude");
@@ -219,15 +220,15 @@ struct points_in_region {
 template <class R>
 concept SomeRegion = Region<R, 2> || Region<R, 3> || Region<R, dynamic>;
 
-/// The points in a region, in order: a `box`, a `ball`, `half_spaces`, a struct with
-/// `contains(point)`, or a predicate of a point, which is in double and in the world, whatever
-/// scalar and origin the cloud has. Points that are not finite are in none. Throws what
-/// `region.check` does.
+/// The points inside a region, in order. The region is a `box`, a `ball`, `half_spaces`, a struct
+/// with `contains(point)`, or a predicate of a point; the point is in double and in world
+/// coordinates, whatever scalar and origin the cloud has. Points that are not finite are dropped.
+/// Throws what `region.check` throws.
 export template <Scalar S, int D, Region<D> R>
 [[nodiscard]] point_cloud<S, D> crop(const point_cloud<S, D>& cloud, const R& region) {
   return keep_chosen(cloud, points_in_region<R>{region, true});
 }
-/// The same of points alone.
+/// As above, for points alone.
 export template <PointsSource P, Region<dimension_of<P>> R>
   requires(!PointCloud<P>)
 [[nodiscard]] auto crop(const P& points, const R& region) {
@@ -236,13 +237,13 @@ export template <PointsSource P, Region<dimension_of<P>> R>
   choose_in_region<scalar_of<P>, dimension_of<P>>(view, origin_in(points), region, true, kept);
   return gather_points(points, kept);
 }
-/// The same as a step.
+/// As above, as a step.
 export template <SomeRegion R>
 [[nodiscard]] auto crop(R region) {
   return choosing_step{points_in_region<R>{std::move(region), true}};
 }
 
-/// The finite points that `crop` would not keep, in order.
+/// The finite points outside a region, in order. See `crop`.
 export template <Scalar S, int D, Region<D> R>
 [[nodiscard]] point_cloud<S, D> remove_inside(const point_cloud<S, D>& cloud, const R& region) {
   return keep_chosen(cloud, points_in_region<R>{region, false});
@@ -263,7 +264,7 @@ struct first_points {
     kept.keep_if([&](index_t k, std::int32_t) { return k < count; });
   }
 };
-/// The step that keeps the first `count` points, or all if there are no more.
+/// The step that keeps the first `count` points, or all points if there are fewer.
 export [[nodiscard]] inline auto take(index_t count) {
   return choosing_step{first_points{count}};
 }
@@ -345,7 +346,8 @@ struct random_points {
     keep_and_tell(random_indices(kept.size(), count, seed), removed, kept);
   }
 };
-/// `count` random points of the cloud, in order, each set equally likely; all if there are no more.
+/// `count` random points of the cloud, in order; every set is equally likely. All points if there
+/// are fewer.
 export template <PointCloud C>
 [[nodiscard]] std::remove_cvref_t<C> random_sample(C&& cloud, index_t count, std::uint64_t seed = 0,
                                                    removed_indices removed = nullptr) {
@@ -367,7 +369,8 @@ struct uniform_points {
     keep_and_tell(uniform_indices(kept.size(), count), removed, kept);
   }
 };
-/// `count` points of the cloud at equal steps of the index; all if there are no more.
+/// `count` points of the cloud at equal steps of the index. All points if there are fewer. See
+/// `uniform_indices`.
 export template <PointCloud C>
 [[nodiscard]] std::remove_cvref_t<C> uniform_sample(C&& cloud, index_t count,
                                                     removed_indices removed = nullptr) {
@@ -392,7 +395,8 @@ struct farthest_points {
     keep_and_tell(picked, removed, kept);
   }
 };
-/// `count` points of the cloud, each the farthest from all before it, in that order.
+/// `count` points of the cloud, each the farthest from all selected before it, in that order. See
+/// `farthest_point_sample` for points.
 export template <PointCloud C>
 [[nodiscard]] std::remove_cvref_t<C> farthest_point_sample(
     C&& cloud, index_t count, const farthest_point_options& options = {},

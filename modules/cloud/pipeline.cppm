@@ -13,29 +13,30 @@ namespace cilantro {
 export template <class F, class C>
 concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
 
-/// What every step of the library derives from, so that `|` between two of them is found: a step is
-/// a value with a call operator, which can be copied, assigned, stored, and asked what it is. Yours
-/// is a lambda, or a struct; derived from this, it may stand at the beginning of a line.
+/// The base of all steps of the library, which lets `|` combine them. A step is a value with a call
+/// operator that can be copied, assigned, stored and queried. A step of yours is a lambda or a
+/// struct; if it derives from this, it may also stand at the beginning of a pipeline.
 ///
-/// A step may say, by members, what it is: `name`, a string for reports; `needs()`, which parts of
-/// a cloud it cannot do without, and `gives()`, which parts the result has, as `cloud_parts`;
-/// `reach()`, how far around a point it looks, as `step_reach`; and by `choose(cloud, kept)` that
-/// it only chooses points: see `ChoosingStep`.
+/// Optional members describe a step: `name`, a string for reports; `needs()`, the `cloud_parts`
+/// that it requires; `gives()`, the `cloud_parts` that its result always has; `reach()`, how far
+/// around a point it looks, as `step_reach`; and `choose(cloud, kept)`, if it only chooses points:
+/// see `ChoosingStep`.
 export struct pipeline_step {};
 
-/// Some parts of a cloud beside its points.
+/// Parts of a cloud beside its points: `normals` and `colors`.
 export struct cloud_parts {
   bool normals = false, colors = false;
 };
 
-/// How far from a point a step looks for what becomes of it. A part of a cloud with so wide a
-/// margin has the same result as the whole.
+/// How far around a point a step looks to decide what becomes of that point. A part of a cloud with
+/// a margin of this width gives the same result there as the whole cloud.
 export struct step_reach {
   double distance = 0;      ///< In the units of the points.
-  index_t neighbors = 0;    ///< If not 0: so many nearest points, however far they are.
+  index_t neighbors = 0;    ///< If not 0: it looks at this many nearest points, however far away.
   bool everything = false;  ///< Whether any point may depend on any other.
 
-  /// Of two steps, one after the other. How far the nearest of the nearest are is not known.
+  /// The reach of two steps, one after the other. If both look at nearest points, nothing bounds
+  /// it.
   friend step_reach operator+(const step_reach& a, const step_reach& b) {
     return {a.distance + b.distance, std::max(a.neighbors, b.neighbors),
             a.everything || b.everything || (a.neighbors > 0 && b.neighbors > 0)};
@@ -46,7 +47,7 @@ export struct step_reach {
 template <class T>
 inline constexpr bool is_pipeline = false;
 
-/// Whether T is one of the steps that `|` puts together with any other.
+/// A step that `|` can combine with any other step or function.
 export template <class T>
 concept PipelineStep = std::derived_from<std::remove_cvref_t<T>, pipeline_step>;
 
@@ -60,11 +61,11 @@ template <class C, class First, class... Rest>
 inline constexpr bool goes_through<C, First, Rest...> =
     sizeof...(Rest) == 0 || goes_through<std::invoke_result_t<const First&, C>, Rest...>;
 
-/// Throws `invalid_input` unless the parts are there that are needed.
+/// Throws `invalid_input` if a part that is needed is missing.
 void expect_parts(const cloud_parts& needed, bool has_normals, bool has_colors);
 
-/// Steps one after the other: what `a | b | c` is, and itself a step. Consecutive steps that only
-/// choose points are done in one pass, and the points that are left are copied once.
+/// Steps one after the other: the type of `a | b | c`, which is a step itself. Consecutive steps
+/// that only choose points run in one pass, and the remaining points are copied once.
 export template <class... Steps>
 class pipeline : public pipeline_step {
  public:
@@ -75,8 +76,8 @@ class pipeline : public pipeline_step {
     return steps_;
   }
 
-  /// Throws what the steps throw, and `invalid_input` before the first of them if the cloud lacks
-  /// what one of them needs and none before it gives.
+  /// Sends the cloud through all steps. Throws what the steps throw, and, before any step runs,
+  /// `invalid_input` if the cloud lacks a part that one of them needs and no earlier step gives.
   template <PointCloud C>
     requires goes_through<C, Steps...>
   decltype(auto) operator()(C&& cloud) const {
@@ -84,11 +85,16 @@ class pipeline : public pipeline_step {
     return run<0>(std::forward<C>(cloud));
   }
 
+  /// The names of the steps, joined by " | ".
   [[nodiscard]] std::string name() const;
+  /// The parts that a step needs and no earlier step gives.
   [[nodiscard]] cloud_parts needs() const;
+  /// The parts that some step gives.
   [[nodiscard]] cloud_parts gives() const;
+  /// The sum of the reaches of the steps; only if all of them have one.
   [[nodiscard]] step_reach reach() const
     requires(requires(const Steps& step) { step.reach(); } && ...);
+  /// Applies `choose` of all steps, in order; only if all of them only choose points.
   template <PointCloud C>
     requires(ChoosingStep<Steps, C> && ...)
   void choose(const C& cloud, chosen_points& kept) const {
@@ -96,7 +102,7 @@ class pipeline : public pipeline_step {
   }
 
  private:
-  /// How many steps from `First` on only choose.
+  /// How many consecutive steps from `First` on only choose points.
   template <std::size_t First, class C>
   static constexpr std::size_t choosing() {
     if constexpr (First == sizeof...(Steps))
@@ -130,7 +136,7 @@ class pipeline : public pipeline_step {
 template <class... Steps>
 inline constexpr bool is_pipeline<pipeline<Steps...>> = true;
 
-/// The name of a step, for reports and tables.
+/// The name of a step, for reports: its member `name`, or "step" if it has none.
 export template <class T>
 [[nodiscard]] std::string name_of(const T& step) {
   if constexpr (is_pipeline<T>)
@@ -140,7 +146,7 @@ export template <class T>
   else
     return "step";
 }
-/// Which parts of a cloud a step needs, as far as it says.
+/// The parts of a cloud that a step needs; none if it does not say.
 export template <class T>
 [[nodiscard]] cloud_parts needs_of(const T& step) {
   if constexpr (requires { step.needs(); })
@@ -148,7 +154,7 @@ export template <class T>
   else
     return {};
 }
-/// Which parts the result of a step has for certain, as far as it says.
+/// The parts that the result of a step always has; none if it does not say.
 export template <class T>
 [[nodiscard]] cloud_parts gives_of(const T& step) {
   if constexpr (requires { step.gives(); })
@@ -156,7 +162,7 @@ export template <class T>
   else
     return {};
 }
-/// How far a step looks; nothing if it does not say.
+/// How far around a point a step looks; nothing if it does not say.
 export template <class T>
 [[nodiscard]] std::optional<step_reach> reach_of(const T& step) {
   if constexpr (requires { step.reach(); })
@@ -204,11 +210,13 @@ step_reach pipeline<Steps...>::reach() const
                     steps_);
 }
 
-/// A function as a step, where a line of steps begins with it or a function returns it:
-/// `step{[](auto cloud) { …; return cloud; }}`. Can be assigned, also where a lambda cannot.
+/// Turns a function into a step, where a pipeline begins with it or a function returns it:
+/// `step{[](auto cloud) { …; return cloud; }}`. It can be assigned, even if the function is a
+/// lambda, which cannot.
 export template <class F>
 class step : public pipeline_step {
  public:
+  /// Keeps `function`; copies of the step have copies of it.
   explicit step(F function) : function_{std::move(function)} {}
   step(const step&) = default;
   step(step&&) = default;
@@ -232,7 +240,7 @@ class step : public pipeline_step {
   std::optional<F> function_;  // Always there.
 };
 
-/// A step that only chooses points, as `F::choose` says: see `ChoosingStep`.
+/// A step that only chooses points, by `F::choose`: see `ChoosingStep`.
 export template <class F>
 struct choosing_step : F, pipeline_step {
   explicit choosing_step(F choice) : F(std::move(choice)) {}
@@ -244,7 +252,7 @@ struct choosing_step : F, pipeline_step {
   }
 };
 
-/// A step that looks at clouds, as `F::look(cloud)` does, and hands them on as they are.
+/// A step that calls `F::look(cloud)` and passes the cloud on unchanged.
 export template <class F>
 struct tap_step : F, pipeline_step {
   explicit tap_step(F tap) : F(std::move(tap)) {}
@@ -267,14 +275,14 @@ template <class T>
     return std::tuple<step<T>>{step{std::move(step_or_line)}};
 }
 
-/// A cloud sent through a step, or any function of clouds.
+/// Sends a cloud through a step, or any function of clouds.
 export template <PointCloud C, class F>
   requires StepFor<F, C>
 decltype(auto) operator|(C&& cloud, const F& function) {
   return std::invoke(function, std::forward<C>(cloud));
 }
 
-/// The step "first, then second". One of the two may be a function.
+/// The step that applies `first`, then `second`. One of the two may be a function.
 export template <class A, class B>
   requires(PipelineStep<A> || PipelineStep<B>) && (!PointCloud<A>) && (!PointCloud<B>) &&
           (std::is_class_v<A> || std::is_pointer_v<A>) &&

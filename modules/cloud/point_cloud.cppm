@@ -11,7 +11,7 @@ import :attribute;
 
 namespace cilantro {
 
-/// Zeros, or no coordinates at all for a run-time dimension, which mean the same.
+/// The zero origin; for a run-time dimension an empty vector, which means the same.
 template <int D>
 point_vector<double, D> no_origin() {
   if constexpr (D == dynamic)
@@ -20,7 +20,7 @@ point_vector<double, D> no_origin() {
     return point_vector<double, D>::Zero();
 }
 
-/// Whether T, an integer, holds a value as it is.
+/// Whether T, an integer type, can represent a value exactly.
 template <std::integral T, class V>
 [[nodiscard]] bool is_held(V value) {
   if constexpr (std::integral<V>)
@@ -31,51 +31,54 @@ template <std::integral T, class V>
 }
 
 /// Points and what is known about each of them. A plain value: copy it, move it, compare it, write
-/// to its members. Every function on clouds keeps, drops or transforms each member as its comment
-/// says.
+/// to its members. The comment of each function on clouds says which members it keeps, drops or
+/// transforms.
 export template <Scalar S, int D>
 struct point_cloud {
   using scalar = S;
   static constexpr int static_dimension = D;
 
   sized<point_matrix<S, D>> points = {};  ///< `Dim × N`, relative to `origin`.
-  /// `Dim × N`, unit length or zero if unknown; or no columns.
+  /// `Dim × N`, of unit length, or zero if unknown; or no columns.
   sized<point_matrix<S, D>> normals = {};
-  /// `3 × N` red, green, blue in [0, 1]; or no columns.
+  /// `3 × N`: red, green and blue in [0, 1]; or no columns.
   sized<Eigen::Matrix3Xf> colors = {};
-  std::vector<attribute> attributes = {};  ///< Any number, with different names.
-  std::vector<std::string> comments = {};  ///< About the whole; always kept.
-  /// Where in the world (0, 0, …) is, in double: what readers subtract from coordinates, such as
-  /// those of maps, that the scalar would round. World coordinates are points + origin.
+  std::vector<attribute> attributes = {};  ///< Any number of them, with different names.
+  std::vector<std::string> comments = {};  ///< Comments about the whole cloud; always kept.
+  /// World coordinates are points + origin. Readers set an origin, and subtract it in double, if
+  /// the scalar would round the coordinates, such as those of maps. Zero, or of no size, if there
+  /// is none.
   sized<point_vector<double, D>> origin = no_origin<D>();
-  /// Of an organised cloud, whose points are the pixels of a picture, row by row; otherwise 0. Kept
-  /// as long as all points are.
+  /// The size of an organised cloud, whose points are the pixels of a picture, row by row;
+  /// otherwise 0. Functions keep it as long as they keep all points.
   int width = 0, height = 0;
 
   [[nodiscard]] index_t size() const { return points.cols(); }
   [[nodiscard]] bool empty() const { return size() == 0; }
   [[nodiscard]] index_t dimension() const { return points.rows(); }
+  /// Whether there are normals, colours, and an origin other than zero.
   [[nodiscard]] bool has_normals() const { return normals.cols() > 0; }
   [[nodiscard]] bool has_colors() const { return colors.cols() > 0; }
   [[nodiscard]] bool has_origin() const { return origin.size() > 0 && !origin.isZero(0); }
+  /// Whether `width` and `height` are set.
   [[nodiscard]] bool is_organized() const { return width > 0 && height > 0; }
-  /// The origin with all its coordinates, also where it has none.
+  /// The origin with Dim coordinates, zeros if there is none.
   [[nodiscard]] point_vector<double, D> full_origin() const {
     if (origin.size() > 0) return origin;
     return point_vector<double, D>::Zero(dimension());
   }
-  /// A place in the world as the cloud's points are given.
+  /// Converts a place from world coordinates to those of `points`.
   [[nodiscard]] coordinates to_local(const coordinates& world) const;
 
-  /// The attribute of that name, or null.
+  /// The attribute of that name, or null if there is none.
   [[nodiscard]] const attribute* find_attribute(std::string_view name) const
       [[clang::lifetimebound]] {
     for (const auto& a : attributes)
       if (a.name == name) return &a;
     return nullptr;
   }
-  /// The values of an attribute that holds T, where they lie. Throws `invalid_input` if there is
-  /// none of that name and type. What type a reader gives, depends on the file: see `attribute_to`.
+  /// A view of the values of an attribute that holds T. Throws `invalid_input` if there is none of
+  /// that name and type. The type that a reader chooses depends on the file: see `attribute_to`.
   template <class T>
   [[nodiscard]] std::span<const T> attribute_as(std::string_view name) const
       [[clang::lifetimebound]] {
@@ -84,11 +87,11 @@ struct point_cloud {
     const auto* values = std::get_if<std::vector<T>>(&found->values);
     expects(values != nullptr, "the attribute \"" + std::string{name} + "\" holds " +
                                    std::string{type_name(found->values)} + ", and " +
-                                   std::string{type_name(std::vector<T>{})} + " was asked for");
+                                   std::string{type_name(std::vector<T>{})} + " was requested");
     return *values;
   }
   /// The values of an attribute of any type, converted to T. Throws `invalid_input` if there is
-  /// none of that name, and for an integer T that cannot hold a value.
+  /// none of that name, or if an integer type T cannot hold one of the values.
   template <class T>
     requires std::is_arithmetic_v<T>
   [[nodiscard]] std::vector<T> attribute_to(std::string_view name) const {
@@ -124,7 +127,7 @@ struct point_cloud {
       }
     attributes.push_back(std::move(next));
   }
-  /// The same of any numbers: `cloud.set_attribute("cluster", found.labels())`.
+  /// As above, from a range of numbers: `cloud.set_attribute("cluster", found.labels())`.
   template <AttributeRange R>
   void set_attribute(std::string_view name, R&& values) {
     using T = typename kept_type<std::ranges::range_value_t<R>>::type;
@@ -139,17 +142,17 @@ struct point_cloud {
   }
 };
 
-/// What is told of a cloud that is printed.
+/// What is printed about a cloud.
 struct cloud_summary {
   index_t size, dimension;
   bool has_normals, has_colors;
   int width, height;
   std::span<const attribute> attributes;
-  Eigen::VectorXd origin;  ///< Of no size if there is none.
+  Eigen::VectorXd origin;  ///< Of no size if there is no origin.
 };
 void print(std::ostream& out, const cloud_summary& cloud);
 
-/// A line of what the cloud has.
+/// Prints one line about what the cloud has.
 export template <Scalar S, int D>
 std::ostream& operator<<(std::ostream& out, const point_cloud<S, D>& cloud) {
   print(out, {cloud.size(), cloud.dimension(), cloud.has_normals(), cloud.has_colors(), cloud.width,
@@ -161,8 +164,9 @@ std::ostream& operator<<(std::ostream& out, const point_cloud<S, D>& cloud) {
 void expect_consistent(index_t points, index_t normals, index_t colors,
                        std::span<const attribute> attributes, const char* who);
 
-/// A cloud is its points, with its normals, colours and origin, wherever points are asked for.
-/// Throws `invalid_input` for one that has other numbers of normals or colours than of points.
+/// Lets functions accept a cloud as points, with its normals, colours and origin. Throws
+/// `invalid_input` for a cloud whose number of normals or colours is neither 0 nor that of its
+/// points.
 template <Scalar S, int D>
 struct points_traits<point_cloud<S, D>> {
   static auto view(const point_cloud<S, D>& cloud) {
@@ -180,7 +184,7 @@ concept PointCloud = requires(const std::remove_cvref_t<T>& c) {
   []<class S, int D>(const point_cloud<S, D>&) {}(c);
 };
 
-/// Whether everything is the same; a cloud with NaN differs from itself.
+/// Whether all members are equal. A cloud with NaN is not equal to itself.
 export template <Scalar S, int D>
 bool operator==(const point_cloud<S, D>& a, const point_cloud<S, D>& b) {
   const auto same = [](const auto& m, const auto& n) {
@@ -198,8 +202,9 @@ coordinates point_cloud<S, D>::to_local(const coordinates& world) const {
 }
 
 /// Throws `invalid_input`, naming the function `who`, if normals, colours or an attribute do not
-/// have one entry per point, if two attributes have one name, if width and height are not those of
-/// the points, or if the origin is not finite or of another dimension.
+/// have one entry per point (normals and colours may be empty), if two attributes have the same
+/// name, if width × height is not the number of points, or if the origin is not finite or has
+/// another dimension.
 export template <Scalar S, int D>
 void expect_consistent(const point_cloud<S, D>& cloud, const char* who) {
   expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), cloud.attributes, who);

@@ -8,26 +8,29 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// What one stage of a pipeline did.
+/// What one stage of a pipeline, called `name`, did.
 export struct stage_report {
   std::string name;
-  index_t points_in = 0;
-  index_t points_out = 0;
+  index_t points_in = 0;        ///< Points before the stage.
+  index_t points_out = 0;       ///< Points after it.
   index_t invalid_dropped = 0;  ///< Non-finite points that came in and did not go out.
-  double milliseconds = 0;      ///< Wall time, without what reporting itself took.
+  double milliseconds = 0;      ///< Wall time, without the time for reporting.
 };
 
-/// Collects what `report_to` sees; writing it to a stream prints a table, a line a stage.
+/// Collects the reports of `report_to`. Written to a stream, it prints a table with one line per
+/// stage.
 export class pipeline_report {
  public:
-  /// The clock of the first stage starts here.
+  /// Starts the clock of the first stage.
   pipeline_report() : begun_{clock::now()} {}
 
+  /// The stages so far, in order.
   [[nodiscard]] const std::vector<stage_report>& stages() const [[clang::lifetimebound]] {
     return stages_;
   }
 
-  /// Closes the stage `name`, whose result has so many points, and starts the next one.
+  /// Ends the stage `name`, whose result has `points` points, of which `invalid` are not finite,
+  /// and starts the next stage.
   void add(std::string name, index_t points, index_t invalid);
   /// Stops the clock of the current stage, before its result is counted.
   void stop() { stopped_ = clock::now(); }
@@ -53,15 +56,16 @@ struct report_tap {
   }
 };
 
-/// A tap: notes under `name` what has happened since the tap before it, or since `report` was made,
-/// and hands the cloud on. `report` must outlive the step.
+/// A step that passes the cloud on unchanged, and records in `report`, under `name`, what has
+/// happened since the previous record, or since `report` was made. `report` must outlive the step.
 export [[nodiscard]] inline auto report_to(pipeline_report& report [[clang::lifetimebound]],
                                            std::string name) {
   return tap_step{report_tap{&report, std::move(name)}};
 }
 
-/// The line with a tap behind each of its steps, under the step's name, and one before the first,
-/// "input". Each step is then done by itself. `report` must outlive the result.
+/// The pipeline with `report_to` after each of its steps, under the step's name, and before the
+/// first, under "input". Steps then run one at a time, never joined in one pass. `report` must
+/// outlive the result.
 export template <PipelineStep Line>
 [[nodiscard]] auto report_each(pipeline_report& report [[clang::lifetimebound]], Line line) {
   return std::apply(

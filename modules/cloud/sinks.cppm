@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Where sequences of frames end: a cloud, a map, files.
+// Where sequences of frames end up: in a cloud, a map, or files.
 export module cilantro.cloud:sinks;
 
 import cilantro.standard;
@@ -10,14 +10,14 @@ import :point_cloud;
 
 namespace cilantro {
 
-/// What takes frames of type `Frame` one after the other: an object with `add(frame)`, or a
-/// function of a frame; a cloud takes clouds, which are appended to it.
+/// Receives frames of type `Frame` one after the other: an object with `add(frame)`, a function of
+/// a frame, or a cloud, to which clouds are appended.
 export template <class T, class Frame>
 concept SinkFor = requires(T& sink, Frame&& frame) {
   sink.add(std::forward<Frame>(frame));
 } || std::invocable<T&, Frame> || (PointCloud<T> && std::same_as<T, std::remove_cvref_t<Frame>>);
 
-/// Hands every frame of a range on to `sink`, and returns it.
+/// Passes every frame of a range to `sink`, and returns `sink`.
 template <class T, std::ranges::input_range R>
   requires SinkFor<T, std::ranges::range_reference_t<R>>
 T& accumulate_frames(T& sink, R&& frames) {
@@ -37,9 +37,9 @@ T& accumulate_frames(T& sink, R&& frames) {
   return sink;
 }
 
-/// Where a line of frames ends: `frames | each(prepare) | accumulate_into(map)` hands each frame on
-/// to `map`, in order, and is `map`. See `SinkFor`. What an exception leaves in it is what had been
-/// handed on before; a cloud is then as it was.
+/// Ends a sequence of frames: `frames | each(prepare) | accumulate_into(map)` passes each frame to
+/// `map`, in order, and returns `map`. See `SinkFor`. After an exception, the sink has received the
+/// frames before it; a cloud is unchanged.
 export template <class T>
 [[nodiscard]] auto accumulate_into(T& sink [[clang::lifetimebound]]) {
   return range_closure{[&sink]<std::ranges::input_range R>(R&& frames) -> T&

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.clustering: which points belong together.
+// cilantro.clustering: groups of points that belong together, by several algorithms, and scores of
+// groupings.
 export module cilantro.clustering;
 
 export import cilantro.core;

@@ -6,10 +6,10 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// Which points belong together: what every algorithm of this module returns.
+/// Which points belong together: the result of every algorithm of this module.
 ///
-/// A range of clusters, the largest first, and of equally large ones that with the smallest index;
-/// each is a span of the indices of its points, ascending. None is empty.
+/// A range of clusters, the largest first; equally large ones in the order of their smallest index.
+/// Each is a span of the indices of its points, ascending; no cluster is empty.
 export class clusters {
  public:
   using label = std::int32_t;
@@ -17,9 +17,9 @@ export class clusters {
   static constexpr label none = -1;
 
   clusters() : offsets_(1, 0) {}
-  /// From any label per point: equal ones make a cluster, negative ones none. They are numbered
-  /// anew. Throws `invalid_input` for a label that is not below the number of points. O(N + K log
-  /// K).
+  /// From one label per point: points with equal labels form a cluster, those with negative labels
+  /// are in none. Clusters are renumbered. Throws `invalid_input` for a label that is not below the
+  /// number of points. O(N + K log K).
   explicit clusters(std::vector<label> labels);
 
   /// The number of clusters.
@@ -36,14 +36,14 @@ export class clusters {
   }
   [[nodiscard]] auto end() const [[clang::lifetimebound]] { return begin() + size(); }
 
-  /// For each point the number of its cluster, or `none`.
+  /// For each point, the number of its cluster, or `none`.
   [[nodiscard]] std::span<const label> labels() const [[clang::lifetimebound]] { return labels_; }
   /// The number of points of each cluster.
   [[nodiscard]] std::vector<index_t> sizes() const;
-  /// How many points are in no cluster.
+  /// The number of points that are in no cluster.
   [[nodiscard]] index_t unlabeled() const { return std::ssize(labels_) - std::ssize(members_); }
 
-  /// The same points in the same clusters.
+  /// Whether the same points are in the same clusters.
   friend bool operator==(const clusters& a, const clusters& b) { return a.labels_ == b.labels_; }
 
  private:
@@ -52,8 +52,8 @@ export class clusters {
   std::vector<std::int32_t> members_;
 };
 
-/// A colour for each label, red, green and blue in [0, 1]: of consecutive labels far apart, and
-/// always the same; dark grey for points without a cluster.
+/// A colour for each label: red, green and blue in [0, 1]. A label always has the same colour, and
+/// consecutive labels have very different ones; points without a cluster are dark grey.
 export [[nodiscard]] Eigen::Matrix<float, 3, dynamic> label_colors(
     std::span<const clusters::label> labels);
 

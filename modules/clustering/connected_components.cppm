@@ -9,7 +9,7 @@ import :clusters;
 
 namespace cilantro {
 
-/// Any two neighbours belong together: components are then what distance alone connects.
+/// All neighbours are similar, so that components depend on distance alone.
 export struct always_similar {
   template <Scalar S>
   bool operator()(index_t, index_t, S) const {
@@ -17,19 +17,20 @@ export struct always_similar {
   }
 };
 
+/// Options of `connected_components`.
 export struct components_options {
-  /// If given, only components that hold one of these points count.
+  /// If given, only components that contain one of these points become clusters.
   std::optional<index_list> seeds = {};
-  index_t min_cluster_size = 1;  ///< Components with fewer points are no cluster.
-  /// Nor are those with more.
+  index_t min_cluster_size = 1;  ///< Components with fewer points do not become clusters.
+  /// Components with more points do not become clusters.
   index_t max_cluster_size = std::numeric_limits<index_t>::max();
   int threads = 0;
   task_monitor monitor = {};
 };
 
-/// Throws `invalid_input` for sizes that are negative and for seeds that are no points.
+/// Throws `invalid_input` for negative sizes, and for seeds that are out of range.
 void expect_sensible(const components_options& options, index_t size);
-/// The sets that count, without the nodes of which `belongs` (if it is not empty) says 0.
+/// The sets that become clusters, without the nodes for which `belongs`, if not empty, is 0.
 clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belongs,
                        const components_options& options);
 
@@ -47,8 +48,8 @@ void join_similar(disjoint_sets& sets, index_t i, const Near& near, const F& sim
 
 /// The connected components of the graph whose nodes are the points, and whose edges are the pairs
 /// of neighbours, in either direction, that are similar. A node without a similar neighbour is a
-/// component of its own. The same for any number of threads. O(E) time and O(N) memory.
-/// Throws `invalid_input` for a neighbour that is no node; `cancelled`.
+/// component of its own. The same for any number of threads. O(E) time and O(N) memory. Throws
+/// `invalid_input` for a neighbour that is not a node; `cancelled`.
 export template <Scalar S, SimilarityFunction<S> F = always_similar>
 [[nodiscard]] clusters connected_components(const neighborhoods<S>& graph, const F& similar = {},
                                             const components_options& options = {}) {
@@ -61,7 +62,7 @@ export template <Scalar S, SimilarityFunction<S> F = always_similar>
   return components_of(sets, {}, options);
 }
 
-/// As above, with every two neighbours similar.
+/// As above, where all neighbours are similar.
 export template <Scalar S>
 [[nodiscard]] clusters connected_components(const neighborhoods<S>& graph,
                                             const components_options& options) {
@@ -95,10 +96,10 @@ template <NeighborSearcher T, SimilarityFunction<typename T::scalar> F>
   return joined;
 }
 
-/// As above, of points whose neighbours a searcher finds. They are compared as they are found and
-/// not kept: memory is O(N), about 20 bytes a point beside the searcher, for any neighbourhood.
-/// Points that are not finite are in no component. Throws `invalid_input` unless the searcher can
-/// be that of the points.
+/// As above, for points whose neighbours a searcher finds. Neighbours are compared as they are
+/// found and not kept: memory is about 20 bytes per point beside the searcher, however large the
+/// neighbourhoods. Points that are not finite are in no component. Throws `invalid_input` if
+/// searcher and points differ in size.
 export template <NeighborSearcher T, PointsSource P,
                  SimilarityFunction<typename T::scalar> F = always_similar>
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,
@@ -112,7 +113,7 @@ export template <NeighborSearcher T, PointsSource P,
   return components_of(joined.sets, joined.belongs, options);
 }
 
-/// As above, with every two neighbours similar.
+/// As above, where all neighbours are similar.
 export template <NeighborSearcher T, PointsSource P>
 [[nodiscard]] clusters connected_components(const T& searcher, const P& points,
                                             neighborhood_spec spec,
@@ -133,7 +134,7 @@ export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = always_sim
       join_neighbors(kd_tree{view, {.threads = options.threads}}, view, spec, similar, options);
   return components_of(joined.sets, joined.belongs, options);
 }
-/// As above, with every two neighbours similar.
+/// As above, where all neighbours are similar.
 export template <PointsSource P>
 [[nodiscard]] clusters connected_components(const P& points, neighborhood_spec spec,
                                             const components_options& options) {

@@ -10,27 +10,29 @@ import :connected_components;
 
 namespace cilantro {
 
+/// Options of `dbscan`.
 export struct dbscan_options {
-  positive radius;  ///< In the units of the points; a neighbour exactly there is one.
-  /// As many points within the radius, the point itself among them, make it a core of a cluster.
+  positive radius;  ///< In the units of the points, inclusive.
+  /// A point with at least this many points within the radius, itself included, is a core of a
+  /// cluster.
   index_t min_points = 5;
   int threads = 0;
   task_monitor monitor = {};
 };
 
+/// The clusters, and which points are their cores.
 export struct dbscan_result : clusters {
-  std::vector<std::uint8_t> is_core;  ///< One a point, 1 for the cores.
+  std::vector<std::uint8_t> is_core;  ///< One entry per point: 1 for cores, else 0.
 };
 
-/// Density-based clusters: cores within the radius of each other, and the other points within the
-/// radius of a core. Such a border point goes to the nearest core, and of equally near ones to that
-/// with the smallest index, where the published algorithm takes whichever comes first; all others
-/// are noise, in no cluster. Points that are not finite are noise. The same for any number of
-/// threads. Two searches a point; memory is O(N), since no neighbourhood is kept.
-/// Throws `invalid_input` for `min_points` below 1, and unless the searcher can be that of the
-/// points; `cancelled`.
-/// Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for discovering clusters";
-/// the components are those of definition 5.
+/// Density-based clusters: cores that are connected through cores within the radius of each other,
+/// and the other points within the radius of a core. Such a border point joins the nearest core,
+/// and of equally near ones that with the smallest index (the published algorithm takes whichever
+/// comes first). All other points, and those that are not finite, are noise, in no cluster. The
+/// same for any number of threads. Two searches per point; memory is O(N), since no neighbourhoods
+/// are kept. Throws `invalid_input` for `min_points` below 1, and if searcher and points differ in
+/// size; `cancelled`. Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for
+/// discovering clusters"; the components are those of definition 5.
 export template <NeighborSearcher T, PointsSource P>
 [[nodiscard]] dbscan_result dbscan(const T& searcher, const P& points,
                                    const dbscan_options& options) {

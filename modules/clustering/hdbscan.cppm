@@ -8,39 +8,45 @@ import :clusters;
 
 namespace cilantro {
 
+/// Options of `hdbscan`.
 export struct hdbscan_options {
-  index_t min_cluster_size = 5;  ///< Fewer points are no cluster.
-  /// The core distance of a point is the distance to its `min_points`-th nearest, itself included.
+  index_t min_cluster_size = 5;  ///< Fewer points do not form a cluster; at least 2.
+  /// The core distance of a point is the distance to its `min_points`-th nearest point, itself
+  /// included.
   index_t min_points = 5;
-  /// Whether all points may be one cluster.
+  /// Whether all points may form a single cluster.
   bool allow_single_cluster = false;
-  int threads = 0;  ///< For finding neighbours; the hierarchy is made by one.
+  int threads = 0;  ///< For finding neighbours; the hierarchy is built by one thread.
   task_monitor monitor = {};
 };
 
+/// The clusters, and how pronounced they are.
 export struct hdbscan_result : clusters {
-  /// One a cluster: how long it lasts while the density rises (excess of mass), Σ (λ − λ_birth).
+  /// One per cluster: its excess of mass Σ (λ − λ_birth), which tells how long it persists while
+  /// the density threshold λ rises.
   std::vector<double> stabilities;
-  /// One a point: how deep it lies in its cluster, from 0 to 1; 0 for noise.
+  /// One per point: how strongly it belongs to its cluster, from 0 to 1; 0 for noise.
   std::vector<double> strengths;
 };
 
 /// Density-based clusters of any density, from the hierarchy of a neighbour graph.
 ///
-/// The graph stands for the points: those that are not neighbours in either direction count as
-/// infinitely far apart. With the neighbours of a `knn{k}` where k is well above `min_points`, 15
-/// to 30, this differs from the hierarchy of all pairs only where clusters are far apart, and with
-/// k = N it is the same. Neighbourhoods contain the point itself, as searches find it; a point
-/// without any is noise. The same for the points in any order. O(E log E), 32 bytes an edge.
-/// Throws `invalid_input` for a neighbour that is no node, for a distance that is negative or NaN,
-/// and for a size or count below 1 (of clusters: 2).
-/// Source: Campello, Moulavi, Zimek & Sander 2015, "Hierarchical density estimates for data
-/// clustering", algorithms 1 and 3; the condensed tree of McInnes & Healy 2017.
+/// The graph replaces the distances of all pairs: points that are not neighbours in either
+/// direction count as infinitely far apart. If the graph has the neighbours of a `knn{k}` with k
+/// well above `min_points`, such as 15 to 30, the result differs from the hierarchy of all pairs
+/// only where clusters are far apart; with k = N it is the same. Neighbourhoods contain the point
+/// itself, as searches find it; a point without neighbours is noise. The result does not depend on
+/// the order of the points. O(E log E), 32 bytes per edge. Throws `invalid_input` for a neighbour
+/// that is not a node, for a distance that is negative or NaN, for `min_points` below 1, and for
+/// `min_cluster_size` below 2. Source: Campello, Moulavi, Zimek & Sander 2015, "Hierarchical
+/// density estimates for data clustering", algorithms 1 and 3; the condensed tree of McInnes &
+/// Healy 2017.
 export template <Scalar S>
 [[nodiscard]] hdbscan_result hdbscan(const neighborhoods<S>& graph,
                                      const hdbscan_options& options = {});
 
-/// As above, over the `neighbors` nearest of each point (at least `min_points` are taken).
+/// As above, with the graph of the k nearest neighbours of each point; k is raised to `min_points`
+/// if it is smaller.
 export template <PointsSource P>
 [[nodiscard]] hdbscan_result hdbscan(const P& points, knn neighbors,
                                      const hdbscan_options& options = {}) {

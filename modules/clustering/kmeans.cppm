@@ -8,20 +8,22 @@ import :clusters;
 
 namespace cilantro {
 
-/// Where the centres begin.
+/// How the first centres are chosen.
 export enum class kmeans_start {
-  plus_plus,      ///< Points drawn one after another, those far from all earlier ones more likely.
-  random_points,  ///< Points drawn alike.
+  plus_plus,  ///< k-means++: points drawn one after another; those far from all earlier ones are
+              ///< more likely.
+  random_points,  ///< Points drawn with equal probability.
 };
 
+/// Options of `kmeans` and `kmedians`.
 export struct kmeans_options {
-  kmeans_start start = kmeans_start::plus_plus;
-  int restarts = 1;  ///< Of several starts, the result with the least inertia counts.
-  int max_iterations = 100;
-  /// Ends once no centroid moves farther, in the units of the points. At 0 it ends when no point
-  /// changes its cluster.
+  kmeans_start start = kmeans_start::plus_plus;  ///< How the first centres are chosen.
+  int restarts = 1;  ///< How many starts are tried; the result with the least inertia is returned.
+  int max_iterations = 100;  ///< Of each start.
+  /// Ends once no centroid moves farther than this, in the units of the points. At 0, it ends when
+  /// no point changes its cluster.
   double tolerance = 0;
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< Determines the starts.
   int threads = 0;
   task_monitor monitor = {};
 };
@@ -30,19 +32,21 @@ template <Scalar S, int D, CoordinateMetric<S> M>
 std::vector<clusters::label> closed_nearest(points_view<S, D> centroids, points_view<S, D> points,
                                             const execution& how);
 
-/// Clusters by the nearest of some centres, by the metric M.
+/// Clusters of the points nearest to each of some centres, by the metric M.
 export template <Scalar S, int D, CoordinateMetric<S> M>
 struct kmeans_result : clusters {
   /// `Dim × size()`: column c is the centre of cluster c.
   point_matrix<S, D> centroids;
-  /// Squared distances (of medians: distances) of all points to their centres, together.
+  /// The sum of the squared distances of all points to their centres; for `kmedians`, of the
+  /// distances.
   double inertia = 0;
-  int iterations = 0;       ///< Of the best start.
-  bool converged = false;   ///< Whether it ended before the limit of iterations.
-  index_t evaluations = 0;  ///< Points that were compared with all centres, in all starts together.
+  int iterations = 0;      ///< Of the start that was best.
+  bool converged = false;  ///< Whether it ended before the limit of iterations.
+  index_t evaluations =
+      0;  ///< How often a point was compared with all centres, in all starts together.
 
-  /// The number of the nearest centre of each point, of equally near ones the first; −1 for points
-  /// that are not finite. Throws `invalid_input` for points of another dimension.
+  /// The number of the nearest centre of each of other points, of equally near ones the first; −1
+  /// for points that are not finite. Throws `invalid_input` for points of another dimension.
   template <PointsSource P>
   [[nodiscard]] std::vector<clusters::label> assign(const P& points,
                                                     const execution& how = {}) const {
@@ -75,31 +79,31 @@ template <CoordinateMetric M, PointsSource P>
 }
 
 /// Splits points into at most k clusters so that the squared distances to the mean of their cluster
-/// are small: Lloyd's iteration to a local minimum, exactly, but with most distances left out.
+/// are small. Finds the same local minimum as Lloyd's iteration, but skips most of the distances.
 ///
-/// A centre that loses all its points moves to the point farthest from its own; only where there
-/// are fewer different points than k are there fewer clusters. Points that are not finite are in
-/// none. The same for any number of threads. O(N log k) an iteration in low dimension, less when
-/// centres move little; memory is about 40 bytes a point in float.
+/// A centre that loses all its points moves to the point farthest from its own centre, so that
+/// there are fewer than k clusters only if there are fewer than k different points. Points that are
+/// not finite are in no cluster. The same for any number of threads. O(N log k) per iteration in
+/// low dimension, less when centres move little; memory is about 40 bytes per point in float.
 /// Throws `invalid_input` unless there are k finite points and k is at least 1, and for options
-/// that are negative; `cancelled`.
-/// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly
-/// 2010, "Making k-means even faster". The two nearest centres come from a look at all of them,
-/// many points at a time, or from a kd-tree where there are many centres.
+/// that are negative; `cancelled`. Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++";
+/// the bounds are those of Hamerly 2010, "Making k-means even faster". The two nearest centres come
+/// from a look at all of them, many points at a time, or from a kd-tree where there are many
+/// centres.
 export template <PointsSource P>
 [[nodiscard]] auto kmeans(const P& points, index_t k, const kmeans_options& options = {}) {
   return kmeans_by<euclidean>(points, k, {}, options);
 }
-/// As above from given centres, `Dim × k`; one start. Throws `invalid_input` also for centres that
-/// are not finite or of another dimension.
+/// As above, from given centres, `Dim × k`, in a single start. Throws `invalid_input` also for
+/// centres that are not finite or of another dimension.
 export template <PointsSource P, PointsSource C>
 [[nodiscard]] auto kmeans(const P& points, const C& centroids, const kmeans_options& options = {}) {
   const auto initial = points_in(centroids);
   return kmeans_by<euclidean>(points, initial.size(), initial, options);
 }
 
-/// As `kmeans` by distances along the axes (L1), whose best centres are the medians of each
-/// coordinate: few far points do not move them.
+/// As `kmeans`, by distances along the axes (L1), for which the best centres are the medians of
+/// each coordinate: a few distant points do not move them.
 export template <PointsSource P>
 [[nodiscard]] auto kmedians(const P& points, index_t k, const kmeans_options& options = {}) {
   return kmeans_by<manhattan>(points, k, {}, options);

@@ -10,25 +10,27 @@ import :kmeans;
 
 namespace cilantro {
 
+/// Options of `mean_shift`.
 export struct mean_shift_options {
-  /// Where two seeds end up this near to each other, in the units of the points, they have found
-  /// the same mode; also through others between them. Half a bandwidth if it is left out.
+  /// Seeds that end up at most this far apart, in the units of the points, directly or through a
+  /// chain of others, have found the same mode. By default, half a bandwidth.
   std::optional<double> merge_distance = {};
-  double tolerance = 1e-4;  ///< A seed rests once a step is below this many bandwidths.
-  int max_iterations = 300;
+  double tolerance = 1e-4;   ///< A seed stops once a step is at most this many bandwidths.
+  int max_iterations = 300;  ///< The most steps of a seed.
   int threads = 0;
   task_monitor monitor = {};
 };
 
+/// The clusters, and the modes of the density that they belong to.
 export template <Scalar S, int D>
 struct mean_shift_result : clusters {
-  /// `Dim × size()`: column c is the densest place that was found for cluster c.
+  /// `Dim × size()`: column c is the mode of cluster c, the densest place that was found for it.
   point_matrix<S, D> modes;
   std::vector<double> densities;  ///< The sum of the kernel over all points, at each mode.
-  index_t unconverged = 0;        ///< Seeds that were still moving after the last iteration.
+  index_t unconverged = 0;        ///< How many seeds were still moving after the last iteration.
 };
 
-/// Where seeds have come to.
+/// Where seeds have moved to.
 template <Scalar S, int D>
 struct shifted_seeds {
   point_matrix<S, D> places;
@@ -36,7 +38,7 @@ struct shifted_seeds {
   std::vector<index_t> moving;
 };
 
-/// What the points around a place add up to.
+/// Sums over the points around a place.
 template <int D>
 struct kernel_sum {
   point_vector<double, D>
@@ -104,7 +106,7 @@ template <Scalar S, int D, Kernel K>
         sum.shift += weight * apart;
       }
       expects(least == 0 && std::isfinite(sum.density),
-              "mean_shift: the kernel must give finite numbers of 0 or more");
+              "mean_shift: the kernel must return finite numbers of 0 or more");
       f(k, sum);
     };
     const task_monitor stop_only{{}, options.monitor.stop};
@@ -178,13 +180,13 @@ template <Scalar S, int D, Kernel K>
   return result;
 }
 
-/// Clusters of the points from which one climbs to the same mode of their density, which is
-/// estimated with a kernel of the given bandwidth, in the units of the points. The number of
-/// clusters follows. Points that are not finite are in none. The same for any number of threads.
-/// O(N · iterations · neighbours). Throws `invalid_input` for options that are negative;
-/// `cancelled`.
-/// Source: Fukunaga & Hostetler 1975; Comaniciu & Meer 2002, "Mean shift: a robust approach toward
-/// feature space analysis", equation 20, of which the kernel here is G.
+/// Estimates the density of the points with a kernel of the given bandwidth, in the units of the
+/// points, and lets each point climb to a mode of it: points that reach the same mode form a
+/// cluster. The number of clusters need not be known. Points that are not finite are in no cluster.
+/// The same for any number of threads. O(N · iterations · neighbours). Throws `invalid_input` for
+/// options that are negative; `cancelled`. Source: Fukunaga & Hostetler 1975; Comaniciu & Meer
+/// 2002, "Mean shift: a robust approach toward feature space analysis", equation 20, of which the
+/// kernel here is G.
 export template <PointsSource P, Kernel K = gaussian_kernel>
 [[nodiscard]] auto mean_shift(const P& points, positive bandwidth, const K& kernel = {},
                               const mean_shift_options& options = {}) {
@@ -192,8 +194,8 @@ export template <PointsSource P, Kernel K = gaussian_kernel>
   return shift_all(view, view, true, bandwidth, kernel, options);
 }
 
-/// As above from some seeds only, which may lie anywhere; each point is then in the cluster of the
-/// nearest mode, and a mode that is nearest to none is left out.
+/// As above, from given seeds only, which may lie anywhere. Each point then joins the cluster of
+/// the nearest mode; a mode that is not nearest to any point is dropped.
 export template <PointsSource P, PointsSource Q, Kernel K = gaussian_kernel>
   requires std::same_as<scalar_of<Q>, scalar_of<P>>
 [[nodiscard]] auto mean_shift(const P& points, const Q& seeds, positive bandwidth,

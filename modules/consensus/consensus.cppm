@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.consensus: shapes and transforms that most of the data agree on.
+// cilantro.consensus: shapes and transforms that most of the data agree with, found by RANSAC.
 export module cilantro.consensus;
 
 export import cilantro.core;

@@ -6,20 +6,20 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// Only directions at most `max_angle` from an axis or its opposite, in radians.
+/// Allows only directions at most `max_angle` radians away from `axis` or its opposite.
 export struct direction_limit {
   coordinates axis;
   double max_angle;
 };
 
-/// Only radii in this range, in the units of the points.
+/// Allows only radii from `min` to `max`, inclusive, in the units of the points.
 export struct radius_limit {
   double min = 0;
   double max = std::numeric_limits<double>::infinity();
 };
 
-/// Throws `invalid_input` for an axis that is zero or of another dimension, and an angle that is
-/// not from 0 to π.
+/// Throws `invalid_input` for an axis that is zero, not finite or of another dimension, and for an
+/// angle that is not from 0 to π.
 void expect_sensible(const std::optional<direction_limit>& limit, index_t dimension);
 /// Throws `invalid_input` for a range that is empty or below 0.
 void expect_sensible(const radius_limit& limit);

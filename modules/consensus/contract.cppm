@@ -8,18 +8,19 @@ import :ransac;
 
 namespace cilantro {
 
-/// Tests a family of models of yours on samples of its own data: that samples are fitted again to
-/// the same model, with residuals that are not negative, nearly 0 in a minimal sample unless that
-/// is `overdetermined`, and the same one by one, in blocks and in scores; and that a sample of one
-/// datum only, again and again, is degenerate. Returns a sentence for each violation; none means
-/// that it may be used. `tolerance` is what nearly 0 means, in the units of the residuals.
+/// Tests a family of models of yours on samples of its own data: that fitting a sample twice gives
+/// the same model; that residuals are not negative, agree between `residual`, `residuals` and
+/// `score`, and are at most `tolerance` within a minimal sample, unless such samples are
+/// `overdetermined`; and that a sample of one datum repeated is degenerate. Returns a sentence for
+/// each rule that is broken; if there is none, the family can be used. `tolerance` is in the units
+/// of the residuals.
 export template <ModelFamily F>
 [[nodiscard]] std::vector<std::string> check_model_family(const F& family, double tolerance,
                                                           bool overdetermined = false,
                                                           const contract_options& options = {}) {
   violation_list violations;
   const index_t n = family.size(), m = family.sample_size();
-  violations.expect(m > 0, "a sample has no data");
+  violations.expect(m > 0, "sample_size() is not positive");
   if (!violations.empty() || n < m) return violations.take();
   const auto residuals_of = [&](const auto& model) {
     std::vector<double> all;
@@ -51,7 +52,7 @@ export template <ModelFamily F>
       for (std::size_t i = 0; i < block.size(); ++i)
         violations.expect(std::isnan(block[i]) == std::isnan(residuals[i]) &&
                               !(std::abs(double(block[i]) - residuals[i]) > tolerance),
-                          "residuals in a block differ from those one by one");
+                          "residuals() and residual() give different results");
     }
     if constexpr (ScoresModels<F>) {
       // Between two residuals that are clearly apart, so that rounding decides nothing.
@@ -64,14 +65,14 @@ export template <ModelFamily F>
         family.score(std::span{&*model, 1}, 0, n,
                      {(sorted[k] + sorted[k + 1]) / 2, ransac_score::inliers}, std::span{&sum, 1});
         violations.expect(sum.inliers == static_cast<index_t>(k) + 1,
-                          "the score of many data is not that of their residuals");
+                          "score() and residual() give different results");
         break;
       }
     }
   }
   if (m > 1) {
     const index_list same(static_cast<std::size_t>(m), 0);
-    violations.expect(!family.fit(same), "the same datum again and again makes a model");
+    violations.expect(!family.fit(same), "a sample of one repeated datum is not degenerate");
   }
   return violations.take();
 }

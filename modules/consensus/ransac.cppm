@@ -6,19 +6,19 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A family of models over some data, numbered from 0 to `size()` − 1, one of which most of the
-/// data may agree with.
+/// A family of models of some data, which are numbered from 0 to `size()` − 1. RANSAC looks for the
+/// model that most of the data agree with.
 ///
-/// Semantics: `fit(indices)` returns the model of a minimal sample of `sample_size()` data, or of
-/// more data the one that fits them best, in the sense of least squares; nothing if they are
-/// degenerate, not finite, or the model is not allowed. `residual(model, i)` is how far datum i is
-/// from agreeing: not negative, or NaN for a datum that is not finite. Both are const, depend on
-/// nothing but their arguments, and are called from several threads at once. A family may also have
-/// a type `scalar` and `residuals(model, first, out)`, which writes to a `std::span<scalar>` the
-/// residuals of as many data from the first on, and is then used in place of `residual`; and
-/// `score(models, first, count, scoring, sums)`, which adds to a `std::span<data_score>` what some
-/// consecutive data count for each of up to `models_at_a_time` models, in place of both.
-/// Models: `hyperplane_family`, `line_family`, `sphere_family`, `circle_family`, `cylinder_family`,
+/// Semantics: `fit(indices)` returns the model of a minimal sample of `sample_size()` data, or the
+/// least-squares model of more data; nothing if the data are degenerate or not finite, or the model
+/// is not allowed. `residual(model, i)` is how far datum i is from agreeing with the model: not
+/// negative, or NaN for a datum that is not finite. Both are const, depend on nothing but their
+/// arguments, and are called from several threads at once. Optional, for speed: a type `scalar`
+/// with `residuals(model, first, out)`, which fills a `std::span<scalar>` with the residuals of
+/// consecutive data from `first` on, and replaces `residual`; and `score(models, first, count,
+/// scoring, sums)`, which adds to each entry of a `std::span<data_score>` the score of `count` data
+/// from `first` on for one of up to `models_at_a_time` models, and replaces both. Models:
+/// `hyperplane_family`, `line_family`, `sphere_family`, `circle_family`, `cylinder_family`,
 /// `transform_family`; `check_model_family` tests yours.
 export template <class F>
 concept ModelFamily =
@@ -33,25 +33,27 @@ concept ModelFamily =
       { family.residual(model, i) } -> std::convertible_to<double>;
     };
 
-/// By what the best model is chosen.
+/// The score by which the best model is chosen.
 export enum class ransac_score {
   inliers,  ///< The number of inliers.
-  msac,     ///< Each inlier counts 1 − (residual / max_residual)²: near ones count more.
+  msac,     ///< Each inlier counts 1 − (residual / max_residual)², so that near ones count more.
 };
 
-/// What data count for a model.
+/// The score of a model over some data: the number of `inliers`, and the `value`.
 export struct data_score {
   index_t inliers = 0;
   double value = 0;  ///< By the chosen score.
 };
 
-/// How data count. Those that are not active do not.
+/// How data are scored: `by` which score, with residuals up to `max_residual` as inliers.
 export struct residual_scoring {
   double max_residual;
   ransac_score by;
-  std::span<const std::uint8_t> active = {};  ///< 0 for data that are not. Of all data, or empty.
+  /// One entry per datum of the whole family, 0 for data that do not count; or empty.
+  std::span<const std::uint8_t> active = {};
 };
 
+/// The most models for which `score` is called at once.
 export inline constexpr index_t models_at_a_time = 8;
 
 /// A family that looks at several models at once.
@@ -61,37 +63,41 @@ concept ScoresModels =
              const residual_scoring& scoring,
              std::span<data_score> sums) { family.score(models, i, i, scoring, sums); };
 
+/// Options of `ransac` and `sequential_ransac`.
 export struct ransac_options {
-  /// Data up to this residual are inliers. No default: it is in the units of the residuals.
+  /// Data with at most this residual are inliers. It has no default, since it is in the units of
+  /// the residuals.
   positive max_residual;
-  ransac_score score = ransac_score::msac;
+  ransac_score score = ransac_score::msac;  ///< How models are compared.
   /// The search ends once a sample without outliers has been drawn with this probability, judged by
-  /// the best model so far. At 1 it goes on to the limit.
+  /// the share of inliers of the best model so far. At 1, it runs to `max_iterations`.
   double confidence = 0.999;
-  index_t max_iterations = 1000;  ///< Samples, at most.
-  index_t min_inliers = 0;        ///< With fewer, or fewer than a sample, there is no model.
-  /// Whether each new best model is fitted to its inliers again while that makes it better; of more
-  /// than 65,536 data, to those among about 32,768.
+  index_t max_iterations = 1000;  ///< The most samples that are drawn.
+  index_t min_inliers =
+      0;  ///< A model with fewer inliers, or fewer than a sample, is not returned.
+  /// Whether each new best model is refitted to its inliers as long as its score improves; for more
+  /// than 65,536 data, to the inliers among about 32,768 of them.
   bool local_optimization = true;
-  /// Whether the last model is fitted to its inliers until they stay the same.
+  /// Whether the final model is refitted to its inliers until these stay the same, at most ten
+  /// times.
   bool refit = true;
-  /// If positive: a model is first tried on so many data, drawn once, and given up unless its share
-  /// of inliers among them is within three standard deviations of that of the best model. Saves
-  /// most of the work on large data; a better model is lost once in a thousand times.
+  /// If positive, each model is first tried on this many random data, and rejected if its share of
+  /// inliers among them is more than three standard deviations below that of the best model. Saves
+  /// most of the work on large data; rejects a better model about once in a thousand times.
   index_t preview = 0;
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< Determines the samples.
   int threads = 0;
   task_monitor monitor = {};
 };
 
-/// A model that data agree on.
+/// The `model` that was found, and the data that agree with it.
 export template <class Model>
 struct ransac_result {
   Model model;
   index_list inliers;      ///< Ascending.
-  double score = 0;        ///< By what it was chosen, after the last fit.
+  double score = 0;        ///< The score of the model after the last fit.
   double rmse = 0;         ///< Root mean square of the residuals of the inliers.
-  index_t iterations = 0;  ///< Samples that were drawn.
+  index_t iterations = 0;  ///< The number of samples drawn.
 };
 
 template <class F>
@@ -131,7 +137,7 @@ inline constexpr index_t most_blocks_fitted = 32;
 /// Fits of a model to its inliers, one after another.
 inline constexpr int most_refits = 10;
 
-/// The search in those data of a family that are still active.
+/// The search among the data of a family that are still active.
 template <ModelFamily F>
 class ransac_search {
  public:
@@ -141,13 +147,13 @@ class ransac_search {
   ransac_search(const F& family, const ransac_options& options)
       : family_{family}, options_{options}, size_{family.size()} {
     expect_sensible(options);
-    expects(family.sample_size() > 0, "ransac: a sample must have data");
+    expects(family.sample_size() > 0, "ransac: sample_size() must be positive");
     for (index_t i = 0; i < size_; ++i) left_.push_back(i);
   }
 
-  /// Nothing if there is none. `round` makes the samples differ from those of other rounds.
+  /// The best model, or nothing. `round` makes the samples differ from those of other rounds.
   [[nodiscard]] std::optional<ransac_result<model_type>> find(std::uint64_t round);
-  /// Leaves some data out from now on.
+  /// Excludes some data from now on.
   void remove(std::span<const std::int32_t> indices) {
     if (active_.empty()) active_.assign(static_cast<std::size_t>(size_), 1);
     for (const index_t i : indices) active_[i] = 0;
@@ -370,22 +376,21 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
   return finish(std::move(best), iteration);
 }
 
-/// Random sample consensus: the model of the family that most of the data agree with, among those
-/// of random samples. Nothing if no sample gave a model with enough inliers, also where there are
-/// fewer data than a sample needs. The same for any number of threads, and for any earlier call.
-/// Throws `invalid_input` for options that make no sense; `cancelled`. O(samples · N).
-/// Source: Fischler & Bolles 1981, "Random sample consensus"; the score is that of Torr & Zisserman
-/// 2000, "MLESAC"; the local optimisation that of Chum, Matas & Kittler 2003, "Locally optimized
-/// RANSAC", in its iterated form.
+/// Random sample consensus: fits models to random samples, and returns the one that most of the
+/// data agree with. Nothing if no model has enough inliers, or there are fewer data than a sample
+/// needs. The result is the same for any number of threads. Throws `invalid_input` for options that
+/// make no sense; `cancelled`. O(samples · N). Source: Fischler & Bolles 1981, "Random sample
+/// consensus"; the score is that of Torr & Zisserman 2000, "MLESAC"; the local optimisation that of
+/// Chum, Matas & Kittler 2003, "Locally optimized RANSAC", in its iterated form.
 export template <ModelFamily F>
 [[nodiscard]] auto ransac(const F& family, const ransac_options& options)
     -> std::optional<ransac_result<typename F::model_type>> {
   return ransac_search<F>{family, options}.find(0);
 }
 
-/// Up to `count` models, one after another: each is sought among the data that agree with none of
-/// those before, and the first that is not found ends the search. Set `min_inliers`, or any few
-/// data will do in the end.
+/// Up to `count` models, one after another, each among the data that are not inliers of the models
+/// before; the search ends when no model is found. Set `min_inliers`, or the last models will fit
+/// only a few arbitrary data.
 export template <ModelFamily F>
 [[nodiscard]] auto sequential_ransac(const F& family, index_t count, const ransac_options& options)
     -> std::vector<ransac_result<typename F::model_type>> {

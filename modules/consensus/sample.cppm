@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// How families look at points. Internal.
+// How families read points. Internal.
 export module cilantro.consensus:sample;
 
 import cilantro.standard;
@@ -8,7 +8,7 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// Some points in double, one a column, relative to `origin`, which is the first of them; nothing
+/// Some points in double, one per column, relative to `origin`, which is the first of them; nothing
 /// if one is not finite.
 struct gathered_points {
   Eigen::MatrixXd points;

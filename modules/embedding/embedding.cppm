@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.embedding: points in few dimensions that keep given distances.
+// cilantro.embedding: points in few dimensions that preserve given distances.
 export module cilantro.embedding;
 
 export import cilantro.core;

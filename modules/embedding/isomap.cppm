@@ -8,29 +8,28 @@ import :multidimensional_scaling;
 
 namespace cilantro {
 
-/// Points along the surface that they lie on.
+/// Coordinates of points along the surface that they lie on.
 export struct isomap_result : embedding_result {
-  /// The points that have coordinates, ascending: column c is of point `kept[c]`. All of them, if
-  /// the graph is connected.
+  /// The indices of the points that are embedded, ascending: column c of `points` belongs to point
+  /// `kept[c]`. All points if the graph is connected.
   index_list kept;
-  index_t components = 0;  ///< Of the graph.
+  index_t components = 0;  ///< The number of connected components of the graph.
 };
 
-/// What `isomap` refuses to go beyond: N² distances would take 20 GB.
+/// The most points that `isomap` accepts: the N² distances of these take 20 GB.
 export inline constexpr index_t most_isomap_points = 50000;
 
-/// Embeds the nodes of a graph by the lengths of shortest paths in place of distances, which
-/// unrolls a curved surface. Of several components the largest is embedded (of equally large ones
-/// the first), since nothing is known about how they lie to each other. Edges count both ways.
-/// Throws as `multidimensional_scaling` and `shortest_paths` do, and `invalid_input` for more than
-/// `most_isomap_points` nodes. O(N · E log N) and 16 N² bytes.
-/// Source: Tenenbaum, de Silva & Langford 2000, "A global geometric framework for nonlinear
-/// dimensionality reduction".
+/// Embeds the nodes of a graph with the lengths of shortest paths as distances, which unrolls a
+/// curved surface. If the graph has several components, only the largest is embedded (of equally
+/// large ones the first), since distances between components are unknown. Edges count in both
+/// directions. Throws as `multidimensional_scaling` and `shortest_paths` do, and `invalid_input`
+/// for more than `most_isomap_points` nodes. O(N · E log N) and 16 N² bytes. Source: Tenenbaum, de
+/// Silva & Langford 2000, "A global geometric framework for nonlinear dimensionality reduction".
 export template <Scalar S>
 [[nodiscard]] isomap_result isomap(const neighborhoods<S>& graph,
                                    const embedding_options& options = {});
 
-/// As above, over the graph of the points' neighbourhoods. Points that are not finite are not
+/// As above, with the graph of the points' neighbourhoods. Points that are not finite are not
 /// embedded.
 export template <PointsSource P>
 [[nodiscard]] isomap_result isomap(const P& points, neighborhood_spec spec,

@@ -6,20 +6,19 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// What is done with coordinates that a cloud's scalar would round, such as those of maps.
+/// How readers treat coordinates that a cloud's scalar would round, such as those of maps.
 export enum class origin_policy {
-  /// If more than a tenth of the points have a coordinate of 10,000 or more, and float does not
-  /// hold those (to the bit; of a text, to its digits), their median in whole numbers is subtracted
-  /// in
-  /// double, and kept as the cloud's origin. An origin that a writer of this library has noted in
-  /// the file is taken in any case.
+  /// If more than a tenth of the points have a coordinate of 10,000 or more that float cannot
+  /// represent exactly (for text, to all its digits), their median, rounded to whole numbers, is
+  /// subtracted in double, and becomes the cloud's origin. An origin that a writer of this library
+  /// has noted in the file is always used.
   automatic,
-  none,  ///< They are rounded, and the origin is zero.
+  none,  ///< Coordinates are rounded, and the origin is zero.
 };
 
-/// What all readers of clouds ask.
+/// Options of `read_cloud`, `read_ply` and `read_pcd`.
 export struct read_options {
-  origin_policy origin = origin_policy::automatic;
+  origin_policy origin = origin_policy::automatic;  ///< Whether large coordinates get an origin.
   task_monitor monitor = {};
 };
 

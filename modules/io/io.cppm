@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.io: clouds, matrices and images in files.
+// cilantro.io: reading and writing clouds, matrices and images.
 export module cilantro.io;
 
 export import cilantro.cloud;

@@ -22,13 +22,14 @@ namespace cilantro {
 
 /// One pass of a registration from coarse to fine.
 export struct align_scale {
-  /// Both sets are reduced to one point a cell of this edge; 0: as they are. At most
-  /// `max_distance`.
+  /// Both sets are reduced to one point per cell with this edge, at most `max_distance`; 0: not
+  /// reduced.
   double voxel;
-  double max_distance;  ///< Between the points of a pair.
+  double max_distance;  ///< The largest distance between the points of a pair.
 };
 
-/// The metrics that `align` takes by option. Any other is handed to it as an argument of its own.
+/// The metrics that can be chosen in `align_options`. Any other is passed to `align` as an argument
+/// of its own.
 export using metric_choice =
     std::variant<point_to_plane, point_to_point, symmetric, generalized_icp,
                  combined_metric<weighted_term<point_to_point>, weighted_term<point_to_plane>>>;
@@ -36,32 +37,35 @@ export using metric_choice =
 /// One iteration of `align`, as an observer sees it; its transform is in double.
 export using align_iteration = icp_iteration<any_transform>;
 
-/// How `align` registers.
+/// Options of `align`.
 export struct align_options {
-  metric_choice metric = point_to_plane{};
-  /// Where to start from, of any scalar; by default, where the points are.
+  metric_choice metric = point_to_plane{};  ///< What is minimised.
+  /// The transform to start from, of any scalar; by default, the identity.
   std::optional<any_transform> initial = {};
-  /// Points farther apart are no pair. Without a limit, parts that only one set shows mislead.
+  /// Points farther apart than this are never paired. Without a limit, parts that only one of the
+  /// sets contains distort the result.
   double max_distance = std::numeric_limits<double>::infinity();
   int max_iterations = 30;  ///< In each scale.
   double tolerance = 1e-5;  ///< In radians, and in the units of the points; see `icp_options`.
-  /// From coarse to fine, each starting from the result of the one before; with these, no
-  /// `max_distance`.
+  /// Passes from coarse to fine, each starting from the result of the one before. If given,
+  /// `max_distance` must not be.
   std::vector<align_scale> scales = {};
   /// Neighbourhoods for estimating normals, where the metric needs them and the input has none.
   neighborhood_spec normals = knn{10};
-  robust_kernel robust = {};  ///< Of the residual, such as `huber{0.01}`.
-  bool reciprocal = false;    ///< These three as in `correspondence_options`.
-  sides one_to_one = sides::none;
-  double fraction = 1;
-  truncated_solver solver = {};  ///< From when on a direction counts as determined.
-  std::function<void(const align_iteration&)> observer = {};
+  robust_kernel robust = {};  ///< A robust weight of the residuals, such as `huber{0.01}`.
+  bool reciprocal =
+      false;  ///< Whether only pairs are kept in which each point is the other's nearest.
+  sides one_to_one = sides::none;  ///< Sides on which each point is kept in its closest pair only.
+  double fraction = 1;             ///< The share of the closest pairs that is kept, in (0, 1].
+  truncated_solver solver = {};    ///< Decides which directions count as determined.
+  std::function<void(const align_iteration&)> observer = {};  ///< Called after each iteration.
   int threads = 0;
-  /// A stop ends with the status `cancelled`, not with an exception.
+  /// If a stop is requested, `align` returns with the status `cancelled` instead of throwing.
   task_monitor monitor = {};
 };
 
-/// Points, with normals where they are known, that own their storage if they have been reduced.
+/// Points, with normals if they are known: the given ones, or copies where they have been reduced
+/// or estimated.
 template <Scalar S, int D>
 struct prepared_points {
   oriented_points_view<S, D> given;
@@ -73,8 +77,7 @@ struct prepared_points {
   }
 };
 
-/// What is registered: a surface, where its voxels are anchored, and where its coordinates begin
-/// as seen from the target's.
+/// What is registered: a surface, and where its voxels are anchored.
 template <Scalar S, int D>
 struct align_input {
   oriented_points_view<S, D> surface;
@@ -87,7 +90,7 @@ template <Scalar S, int D>
                                             bool needs_normals, const neighborhood_spec& spec,
                                             const execution& how);
 
-/// Where a registration starts, and who watches it.
+/// Where a registration starts, and its observer.
 template <class T>
 struct align_start {
   T transform;
@@ -191,7 +194,7 @@ template <int C, PointsSource P>
   return input;
 }
 
-/// What is added to source coordinates to have them relative to the target's origin.
+/// What is added to source coordinates to make them relative to the target's origin.
 template <PointsSource A, PointsSource B>
 [[nodiscard]] Eigen::VectorXd shift_between(const A& source, const B& target) {
   const Eigen::VectorXd from = origin_in(source), to = origin_in(target);
@@ -206,7 +209,7 @@ template <class T, AffineMap From>
   return make_transform<T>(t.linear(), (t.translation() + t.linear() * shift.cast<S>()).eval());
 }
 
-/// Between the types of the caller and those that the library is compiled for.
+/// Converts between the types of the caller and those that the library is compiled for.
 template <MotionModel Model, PointsSource A, PointsSource B, class F>
 [[nodiscard]] auto align_any(const A& source, const B& target, const align_options& o,
                              F&& align_in_closed_dimension) {
@@ -231,7 +234,7 @@ template <MotionModel Model, PointsSource A, PointsSource B, class F>
   if constexpr (std::same_as<Model, rigid_motion>)
     expects((initial.linear() * initial.linear().transpose()).isIdentity(S(1e-3)) &&
                 determinant(initial.linear().template cast<double>()) > 0,
-            "align, evaluate: the transform must be rigid, and its linear part is no rotation");
+            "align, evaluate: the transform must be rigid, but its linear part is not a rotation");
 
   align_start<closed_type> start{after_shift<closed_type>(initial, shift)};
   if (o.observer)
@@ -249,16 +252,17 @@ template <MotionModel Model, PointsSource A, PointsSource B, class F>
   return result;
 }
 
-/// Moves a source onto a target: a cloud, points of any kind, or points with normals, as a
-/// `oriented_points_view`. Computes normals that the metric needs and nobody has, builds the trees,
-/// and runs `icp`; a few lines of the public parts do the same, to the bit.
+/// Finds the transform that moves a source onto a target. Each is a cloud, points of any kind, or
+/// points with normals as an `oriented_points_view`. Estimates the normals that the metric needs
+/// and the input lacks, builds the trees, and runs `icp`. A few lines with the public parts of this
+/// module give the same result, to the bit.
 ///
-/// `align<affine_motion>(…)` finds an affine transform, and `align<my_motion>(…)` one of yours. Of
-/// clouds with origins, coordinates are taken relative to the target's, and so is the transform:
-/// `in_the_world` and `align_to` take that into account. Figures are of
-/// the last scale, `iterations` counts all. Points that are not finite take no part. Throws
-/// `invalid_input` for options that make no sense, and points of different dimension. Bad data is
-/// no exception: its status says what is wrong.
+/// `align<affine_motion>(…)` finds an affine transform, and `align<my_motion>(…)` one of a motion
+/// model of yours. If clouds have origins, coordinates, and hence the transform, are relative to
+/// the target's origin; `in_the_world` and `align_to` convert. The figures of the result are those
+/// of the last scale, but `iterations` counts all scales. Points that are not finite are ignored.
+/// Throws `invalid_input` for options that make no sense, and for points of different dimension.
+/// Bad data does not throw: the status of the result says what is wrong.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] auto align(const A& source, const B& target, const align_options& options = {}) {
@@ -267,7 +271,8 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
                             return align_by_options<Model>(moving, onto, start, options);
                           });
 }
-/// Points of two scalars or dimensions.
+/// Refused by the compiler with a sentence: source and target must have the same scalar and
+/// dimension.
 export template <class Model = rigid_motion, PointsSource A, PointsSource B, class... More>
   requires(!std::same_as<points_view_of<A>, points_view_of<B>>)
 void align(const A&, const B&, More&&...) {
@@ -277,18 +282,18 @@ void align(const A&, const B&, More&&...) {
       "as by cast<double>(cloud)");
 }
 
-/// With a metric of yours, or any composition, in place of that of the options. Throws
-/// `invalid_input` if the options name one, too, or a kernel: `weighted_term{metric, 1, {},
-/// kernel}` gives the metric one.
+/// As above, with a metric of yours, or any combination, in place of that of the options. Throws
+/// `invalid_input` if the options name a metric, too, or a robust kernel: `weighted_term{metric, 1,
+/// {}, kernel}` gives your metric a kernel.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B, class Metric>
   requires std::same_as<points_view_of<A>, points_view_of<B>> &&
            RegistrationMetric<Metric, closed_dimension<dimension_of<A>>>
 [[nodiscard]] auto align(const A& source, const B& target, const Metric& metric,
                          const align_options& options = {}) {
   expects(std::holds_alternative<point_to_plane>(options.metric),
-          "align: there are two metrics: leave .metric out where one is an argument of its own");
+          "align: there are two metrics: leave .metric out if you pass one as an argument");
   expects(!options.robust,
-          "align: .robust goes with .metric; give a metric of yours its kernel by "
+          "align: .robust applies to .metric only; give a metric that you pass its kernel by "
           "weighted_term{metric, 1, {}, kernel}");
   return align_any<Model>(source, target, options,
                           [&](const auto& moving, const auto& onto, const auto& start) {
@@ -296,8 +301,8 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
                           });
 }
 
-/// The figures of `align` for any transform, of any scalar: how well the source lies on the target
-/// under it.
+/// How well the source lies on the target under a given transform, of any scalar: the figures that
+/// `align` returns for its result.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] alignment_fit evaluate(const A& source, const B& target,

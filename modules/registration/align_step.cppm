@@ -10,22 +10,23 @@ import :motion;
 
 namespace cilantro {
 
-/// A pipeline cannot go on: a cloud could not be aligned.
+/// Thrown by `align_to`, and so by pipelines that use it, if a cloud could not be aligned.
 export class alignment_failed : public std::runtime_error {
  public:
   explicit alignment_failed(icp_status why)
       : std::runtime_error{"align_to: no transform was found (" + std::string{to_string(why)} +
                            ")"},
         status_{why} {}
+  /// Why no transform was found.
   [[nodiscard]] icp_status status() const { return status_; }
 
  private:
   icp_status status_;
 };
 
-/// What an alignment found as a transform of the world, in double: where clouds have origins, the
-/// result's own is relative to the target's, and `transform(source, …)` would take it for another.
-/// `align_to` moves the cloud itself.
+/// The transform that an alignment has found as a transform of world coordinates, in double. If
+/// clouds have origins, the transform in the result is relative to the target's origin, while
+/// `transform(source, …)` expects one of world coordinates. `align_to` moves the cloud itself.
 export template <class T, Scalar S, int D>
   requires std::same_as<T, rigid_transform<S, D>> || std::same_as<T, affine_transform<S, D>>
 [[nodiscard]] auto in_the_world(const icp_result<T>& found, const point_cloud<S, D>& target) {
@@ -38,8 +39,8 @@ export template <class T, Scalar S, int D>
       (found.transform.translation().template cast<double>() + origin - linear * origin).eval());
 }
 
-/// The cloud moved onto `target`, and the target's origin. What has been found is written to
-/// `found` if that is given; the caller then decides what it is worth. Otherwise, throws
+/// The cloud moved onto `target`, with the target's origin. If `found` is given, the result of the
+/// alignment is written to it, and the caller must check its status. Otherwise, throws
 /// `alignment_failed` if there were too few pairs or they do not determine the transform, and
 /// `cancelled`.
 export template <Scalar S, int D>
@@ -64,7 +65,7 @@ export template <Scalar S, int D>
   return cloud;
 }
 
-/// As a step: see the function on clouds.
+/// `align_to` of clouds as a step. Members are its arguments: `target`, `options` and `found`.
 export template <Scalar S, int D>
 struct align_to_step : pipeline_step {
   point_cloud<S, D> target;
@@ -75,12 +76,14 @@ struct align_to_step : pipeline_step {
   align_to_step(point_cloud<S, D> onto, align_options how,
                 icp_result<rigid_transform<S, D>>* result)
       : target(std::move(onto)), options(std::move(how)), found(result) {}
+  /// How far around a point it looks.
   static step_reach reach() { return {.everything = true}; }
   point_cloud<S, D> operator()(point_cloud<S, D> cloud) const {
     return align_to(std::move(cloud), target, options, found);
   }
 };
-/// Keeps a copy of the target, so that the step may be stored and used on many frames.
+/// The step that moves clouds onto `target`. It keeps a copy of the target, so that it can be
+/// stored and applied to many frames.
 export template <Scalar S, int D>
 [[nodiscard]] auto align_to(
     point_cloud<S, D> target, align_options options = {},

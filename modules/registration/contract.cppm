@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Whether a type of yours does what its concept says, beyond what a compiler sees. Each check
-// returns a sentence for each violation; none means that the type may be used.
+// Tests whether a type of yours does what its concept says, beyond what a compiler can check. Each
+// check returns a sentence for each rule that is broken; if there is none, the type can be used.
 export module cilantro.registration:contract;
 
 import cilantro.standard;
@@ -28,8 +28,9 @@ template <class Pairs>
   return true;
 }
 
-/// Tests a searcher of yours, built from `source` and `target`, under each of `transforms`: order,
-/// indices, points that are not finite, repeated searches, and its memory if it has one.
+/// Tests a searcher of yours, built from `source` and `target`, with each of `transforms`: the
+/// order of pairs, their indices, points that are not finite, repeated searches, and its memory if
+/// it has one.
 export template <class S, PointsSource A, PointsSource B, class T>
   requires CorrespondenceSearcher<S, T>
 [[nodiscard]] std::vector<std::string> check_correspondence_searcher(
@@ -57,7 +58,7 @@ export template <class S, PointsSource A, PointsSource B, class T>
     searcher.find(transform, first);
     second = first;
     searcher.find(transform, second);
-    violations.expect(same_pairs(first, second), "two searches for the same differ");
+    violations.expect(same_pairs(first, second), "two searches with the same transform differ");
     find_with_memory(searcher, transform, memory, remembered);
     violations.expect(same_pairs(first, remembered), "a search with memory differs");
     if constexpr (requires { first[0].source; })
@@ -68,7 +69,7 @@ export template <class S, PointsSource A, PointsSource B, class T>
   return violations.take();
 }
 
-/// Whether two maps of D dimensions, which may be of none, move the same.
+/// Whether two maps move points of D dimensions alike; true if they are not maps of such points.
 template <int D, class M>
 [[nodiscard]] bool moves_alike(const M& a, const M& b) {
   // What is converted to another number of coordinates is no map of them.
@@ -88,8 +89,8 @@ template <int D, class M>
   return true;
 }
 
-/// Tests an estimator of yours on a transform and pairs: repeatable, nothing made up without pairs,
-/// and figures that make sense.
+/// Tests an estimator of yours on a transform and pairs: that results are repeatable, that the
+/// transform does not change without pairs, and that the figures of the fit make sense.
 export template <class E, class Pairs>
   requires TransformEstimator<E, Pairs>
 [[nodiscard]] std::vector<std::string> check_transform_estimator(
@@ -107,16 +108,17 @@ export template <class E, class Pairs>
   };
   const auto first = estimator.estimate(transform, pairs);
   const auto second = estimator.estimate(transform, pairs);
-  violations.expect(same(first.transform, second.transform), "two estimates of the same differ");
+  violations.expect(same(first.transform, second.transform),
+                    "two estimates with the same arguments differ");
   const auto nothing = estimator.estimate(transform, Pairs{});
   violations.expect(same(nothing.transform, transform), "without pairs, the transform changes");
   violations.expect(nothing.fit.pairs == 0 && nothing.fit.overlap == 0,
-                    "without pairs, there are some");
+                    "without pairs, the fit counts some");
   for (const auto* step : {&first, &nothing}) {
     violations.expect(step->change.rotation >= 0 && step->change.translation >= 0,
                       "a change is negative or NaN");
     const auto& fit = step->fit;
-    violations.expect(fit.overlap >= 0 && fit.overlap <= 1, "the overlap is not a share");
+    violations.expect(fit.overlap >= 0 && fit.overlap <= 1, "the overlap is not from 0 to 1");
     violations.expect(fit.rmse >= 0 && fit.residual >= 0, "an error is negative or NaN");
     violations.expect(fit.undetermined >= 0 && fit.undetermined <= fit.unknowns,
                       "more unknowns are undetermined than there are");
@@ -126,8 +128,8 @@ export template <class E, class Pairs>
   return violations.take();
 }
 
-/// Tests a residual term of yours in D dimensions on random pairs: finite, repeatable, and with
-/// gradients that are the derivatives of the values by the point.
+/// Tests a residual term of yours in D dimensions on random pairs: that it is finite and
+/// repeatable, and that gradients are the derivatives of the values by the point.
 export template <int D, ResidualTerm<D> Term>
 [[nodiscard]] std::vector<std::string> check_residual_term(const Term& term,
                                                            const contract_options& options = {}) {
@@ -154,7 +156,7 @@ export template <int D, ResidualTerm<D> Term>
     };
     matched_pair<D> pair{some(), some(), some().normalized(), some().normalized(), 0, 0};
     const auto rows = rows_of(pair), again = rows_of(pair);
-    violations.expect(rows.size() == again.size(), "two calls for the same differ");
+    violations.expect(rows.size() == again.size(), "two calls with the same arguments differ");
     for (index_t k = 0; k < d; ++k) {
       constexpr double h = 1e-6;
       auto ahead = pair, behind = pair;
@@ -175,8 +177,9 @@ export template <int D, ResidualTerm<D> Term>
   return violations.take();
 }
 
-/// Tests a model of motion of yours in `dimension` dimensions: velocities linear in the unknowns
-/// and affine in the point, steps that have them, and every translation among the motions.
+/// Tests a motion model of yours in `dimension` dimensions: that velocities are linear in the
+/// unknowns and affine in the point, that steps move points with these velocities, and that every
+/// translation is a possible motion.
 export template <MotionModel P>
 [[nodiscard]] std::vector<std::string> check_motion_model(const P& model, index_t dimension,
                                                           const contract_options& options = {}) {
@@ -187,13 +190,13 @@ export template <MotionModel P>
   };
   const auto still = model.step(Eigen::VectorXd::Zero(u), dimension);
   violations.expect(still.linear.isIdentity(1e-12) && still.translation.isZero(1e-12),
-                    "a step of nothing moves");
+                    "a step with all unknowns 0 moves points");
   for (index_t k = 0; k < dimension; ++k) {
     const Eigen::VectorXd push = Eigen::VectorXd::Unit(dimension, k);
     const Eigen::MatrixXd at_origin = velocities(model, Eigen::VectorXd::Zero(dimension));
     const Eigen::VectorXd unknowns = solve_least_squares(at_origin, push).unknowns;
     violations.expect(close(Eigen::VectorXd{at_origin * unknowns}, push, 1e-9),
-                      "a translation is no motion of the model");
+                      "a translation is not a motion of the model");
   }
   for (index_t q = 0; q < options.queries; ++q) {
     random_stream random{options.seed, static_cast<std::uint64_t>(q)};
@@ -216,18 +219,18 @@ export template <MotionModel P>
     const Eigen::VectorXd velocity =
         (ahead.linear * a + ahead.translation - behind.linear * a - behind.translation) / (2 * h);
     violations.expect(close(velocity, Eigen::VectorXd{at_a * delta}, 1e-6),
-                      "a step has not the velocity that pull_back says");
+                      "a step does not move points with the velocity that pull_back describes");
     if constexpr (requires { model.normalize(still.linear); }) {
       const auto step = model.step(0.1 * delta, dimension);
       violations.expect(close(Eigen::MatrixXd{model.normalize(step.linear)}, step.linear, 1e-9),
-                        "normalize changes what a step has made");
+                        "normalize changes the linear part of a step");
     }
   }
   return violations.take();
 }
 
-/// Tests a map of yours on the points that it moves: as many as it says, the same each time, and
-/// normals that stay normal to what surrounds each point.
+/// Tests a map of yours on the points that it moves: that it is for as many points, that results
+/// are repeatable, and that moved normals are normal to the moved surroundings of each point.
 export template <PointsSource P, PointMap<dimension_of<P>> M>
   requires std::same_as<typename M::Scalar, scalar_of<P>>
 [[nodiscard]] std::vector<std::string> check_point_map(const M& map, const P& points,
@@ -253,9 +256,9 @@ export template <PointsSource P, PointMap<dimension_of<P>> M>
     if (!is_finite(view[i])) continue;
     const vector p = view[i], moved = moved_point(map, i, p);
     violations.expect(moved == moved_point(map, i, p) || !is_finite(moved),
-                      "two calls for the same differ");
+                      "two calls with the same arguments differ");
     if constexpr (NormalMap<M, D>) {
-      // As small as rounding of where points are, and where they come to lie, lets it be.
+      // A step as small as the rounding of the points, before and after the move, allows.
       const S h = std::cbrt(std::numeric_limits<S>::epsilon()) *
                   std::max(extent > 0 ? extent : S(1), S(moved.norm()));
       Eigen::MatrixXd jacobian(d, d);
@@ -273,14 +276,14 @@ export template <PointsSource P, PointMap<dimension_of<P>> M>
       // What lies across the normal must lie across the turned one.
       const Eigen::VectorXd back = (jacobian.transpose() * turned).normalized();
       violations.expect((back - normal.normalized().template cast<double>()).norm() < 0.01,
-                        "a moved normal is not normal to what its point's surroundings move to");
+                        "a moved normal is not normal to the moved surroundings of its point");
     }
   }
   return violations.take();
 }
 
-/// Tests a feature space of yours under a transform: as many scalars as a target feature has, and
-/// the same each time.
+/// Tests a feature space of yours with a transform: that features have as many scalars as those of
+/// the target, and that results are repeatable.
 export template <class F, class T>
   requires FeatureSpace<F, T>
 [[nodiscard]] std::vector<std::string> check_feature_space(const F& space, const T& transform) {
@@ -296,11 +299,11 @@ export template <class F, class T>
     move(i, first.data());
     move(i, second.data());
     violations.expect(first.head(rows) == second.head(rows) || !is_finite(first.head(rows)),
-                      "two calls for the same differ");
+                      "two calls with the same arguments differ");
     violations.expect(first[rows] == untouched,
-                      "more is written than a target feature has scalars");
+                      "more scalars are written than a target feature has");
     violations.expect(rows == 0 || first[rows - 1] != untouched,
-                      "less is written than a target feature has scalars");
+                      "fewer scalars are written than a target feature has");
   }
   return violations.take();
 }

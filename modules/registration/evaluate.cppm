@@ -7,8 +7,8 @@ import :concepts;
 
 namespace cilantro {
 
-/// How well the source lies on the target under a transform, with the searcher's pairs and in the
-/// sense of the estimator: the figures that `icp` returns for its result.
+/// How well the source lies on the target under a transform, with the searcher's pairs and by the
+/// estimator's measure: the figures that `icp` returns for its result.
 export template <class Searcher, class E>
   requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
            TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>>
@@ -19,11 +19,11 @@ export template <class Searcher, class E>
   return estimator.estimate(transform, pairs).fit;
 }
 
-/// Pairs, and what an estimator minimises of each.
+/// The `pairs` of a search, and the residual of each.
 export template <class Pairs>
 struct pair_residuals {
   Pairs pairs;
-  Eigen::VectorXd values;  ///< One a pair, unweighted; see the estimator's `residuals`.
+  Eigen::VectorXd values;  ///< One residual per pair, unweighted; see the estimator's `residuals`.
 };
 
 /// The residuals of the pairs that the searcher finds under a transform.

@@ -10,68 +10,72 @@ namespace cilantro {
 /// Why a registration ended.
 export enum class icp_status {
   converged,        ///< The tolerance was met, and the pairs determine enough of the transform.
-  iteration_limit,  ///< It was still moving.
-  too_few_pairs,    ///< Nothing to go by, such as no overlap.
-  degenerate,       ///< The tolerance was met, but along some directions the pairs say nothing.
-  cancelled,        ///< A stop was requested.
+  iteration_limit,  ///< The transform was still changing after the last iteration.
+  too_few_pairs,    ///< There were too few pairs to go by, for example without any overlap.
+  degenerate,  ///< The tolerance was met, but the pairs do not determine the transform along some
+               ///< directions.
+  cancelled,   ///< A stop was requested.
 };
 export [[nodiscard]] std::string_view to_string(icp_status status);
 export std::ostream& operator<<(std::ostream& out, icp_status status);
 
-/// One iteration, as an observer sees it.
+/// One iteration, as it is passed to an observer.
 export template <class T>
 struct icp_iteration {
-  int number;                ///< From 1.
-  const T& transform;        ///< After it.
-  transform_change change;   ///< By it.
-  const alignment_fit& fit;  ///< Of the pairs that it was made from.
+  int number;               ///< Counted from 1.
+  const T& transform;       ///< After the iteration.
+  transform_change change;  ///< How far the iteration moved the transform.
+  const alignment_fit&
+      fit;  ///< Of the transform before the iteration, with the pairs that it used.
 };
 
-/// When `icp` stops. The first reason that holds counts.
+/// When `icp` stops: at the first of these conditions that is met.
 export template <class T>
 struct icp_options {
-  int max_iterations = 30;  ///< 0 only looks at the initial transform.
-  /// A change of at most this, in radians and in the units of the points, is no change any more;
-  /// nor is what the rounding of the transform may be.
+  int max_iterations = 30;  ///< At 0, only the initial transform is evaluated.
+  /// The transform has converged when an iteration changes it by at most this, in radians and in
+  /// the units of the points, or by no more than its rounding error.
   double tolerance = 1e-5;
   std::optional<double> rotation_tolerance = {};     ///< In radians, in place of `tolerance`.
   std::optional<double> translation_tolerance = {};  ///< In units, in place of `tolerance`.
   /// Also stop once the residual changes by less than this share from one iteration to the next.
   double residual_tolerance = 0;
-  index_t min_pairs = 1;  ///< With fewer there is no answer.
-  /// Up to this share of unknowns that no pair determines a result counts as converged: none of a
-  /// transform, any of a field, which has a size, since the target may not show all of the source.
+  index_t min_pairs = 1;  ///< With fewer pairs, or none, the status is `too_few_pairs`.
+  /// A result counts as converged if the pairs leave at most this share of the unknowns
+  /// undetermined. By default 0; for a field of transforms, which has a size, 1, since the target
+  /// may not contain all of the source.
   double max_undetermined = requires(const T& t) { index_t(t.size()); } ? 1 : 0;
-  std::function<void(const icp_iteration<T>&)> observer = {};
+  std::function<void(const icp_iteration<T>&)> observer = {};  ///< Called after each iteration.
   task_monitor monitor = {};
 };
 
-/// Where a registration has come to. Figures and pairs are those of the returned transform.
+/// The result of a registration. The figures are those of the returned transform.
 export template <class T>
 struct icp_result : alignment_fit {
-  T transform;  ///< From the source to the target.
-  icp_status status = icp_status::iteration_limit;
-  int iterations = 0;            ///< How often the transform was improved.
-  transform_change last_change;  ///< By the last iteration.
+  T transform;                                      ///< From the source to the target.
+  icp_status status = icp_status::iteration_limit;  ///< Why the registration ended.
+  int iterations = 0;                               ///< The number of iterations.
+  transform_change last_change;  ///< How far the last iteration moved the transform.
 
+  /// Whether the status is `converged`.
   [[nodiscard]] bool converged() const { return status == icp_status::converged; }
 };
 void print_figures(std::ostream& out, icp_status status, int iterations, const alignment_fit& fit);
-/// A line of why it ended and the figures; the transform is left to Eigen.
+/// Prints one line with the status and the figures, without the transform.
 export template <class T>
 std::ostream& operator<<(std::ostream& out, const icp_result<T>& result) {
   print_figures(out, result.status, result.iterations, result);
   return out;
 }
 
-/// Iterative closest point: look for pairs, improve the transform, and again (Besl & McKay 1992).
+/// Iterative closest point: finds pairs, improves the transform, and repeats (Besl & McKay 1992).
 ///
-/// Works for every transform that searcher and estimator agree on, rigid, affine, or a field of
-/// them. Returns where it has come to and why it stopped there; never claims to have
-/// converged without pairs, or while more than `max_undetermined` is not determined, which then
-/// stays as it is in `initial`. Throws `invalid_input` for options that are negative or NaN, and
-/// what searcher and estimator throw, but not `cancelled`. One search more than iterations, since
-/// figures are of the result.
+/// Works for every type of transform that searcher and estimator both support: rigid, affine, or a
+/// field of transforms. Returns the transform that was reached and why the iteration stopped. The
+/// status is never `converged` without pairs, or while more than `max_undetermined` of the unknowns
+/// is undetermined; these stay as they are in `initial`. Throws `invalid_input` for options that
+/// are negative or NaN, and what searcher and estimator throw, except `cancelled`, which becomes a
+/// status. There is one search more than iterations, for the figures of the result.
 export template <class Searcher, class E>
   requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
            TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>>
@@ -137,7 +141,7 @@ export template <class Searcher, class E>
     return end_with(icp_status::cancelled);
   }
 }
-/// As above, from where the points are.
+/// As above, starting from the identity.
 export template <class Searcher, class E>
   requires CorrespondenceSearcher<Searcher, typename E::transform_type> &&
            TransformEstimator<E, pairs_of<Searcher, typename E::transform_type>> &&

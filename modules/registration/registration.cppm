@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.registration: how one set of points is moved onto another.
+// cilantro.registration: finding the transform that moves one set of points onto another.
 export module cilantro.registration;
 
 export import cilantro.core;

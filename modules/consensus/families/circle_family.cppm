@@ -9,6 +9,7 @@ import :constraints;
 
 namespace cilantro {
 
+/// Which circles are allowed: the `normal` of their plane, and their `radius`.
 export struct circle_limits {
   std::optional<direction_limit> normal = {};
   radius_limit radius = {};
@@ -19,8 +20,8 @@ std::optional<circle_model> fit_circle(points_view<S, 3> points,
                                        std::span<const std::int32_t> indices,
                                        const circle_limits& limits);
 
-/// Circles through points in 3D: three points are a sample, degenerate if they lie on a line. More
-/// are fitted by the plane of least squares, and within it as `sphere_family` does. Views the
+/// Circles through points in 3D. A sample is three points, degenerate if they lie on a line. More
+/// points are fitted by a least-squares plane, and within it as `sphere_family` does. Views the
 /// points, which must outlive it.
 export template <Scalar S>
 class circle_family {

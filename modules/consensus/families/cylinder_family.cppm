@@ -9,45 +9,48 @@ import :constraints;
 
 namespace cilantro {
 
+/// Which cylinders are allowed: the direction of their `axis`, and their `radius`.
 export struct cylinder_limits {
   std::optional<direction_limit> axis = {};
   radius_limit radius = {};
 };
 
-/// The cylinder of two points and their normals.
+/// The cylinder through two points with normals.
 [[nodiscard]] std::optional<cylinder_model> cylinder_of(const Eigen::Vector3d& p,
                                                         const Eigen::Vector3d& p_normal,
                                                         const Eigen::Vector3d& q,
                                                         const Eigen::Vector3d& q_normal,
                                                         const cylinder_limits& limits);
-/// That of least squares, from one that is near it; or from one that the normals tell.
+/// The least-squares cylinder, starting from one near it, or from one that the normals suggest.
 [[nodiscard]] std::optional<cylinder_model> refine_cylinder(const gathered_points& data,
                                                             const Eigen::MatrixXd& normals,
                                                             const cylinder_model& start,
                                                             const cylinder_limits& limits);
 
-/// Cylinders through points with normals: two of them are a sample, degenerate if the normals are
-/// parallel. More are fitted by least squares of the distances to the cylinder, from that of the
-/// two whose normals differ most among a few. Views points and normals, which must outlive it.
-/// Source: Schnabel, Wahl & Klein 2007, "Efficient RANSAC for point-cloud shape detection", section
-/// 4.1; the iteration is that of Marquardt 1963.
+/// Cylinders through points with normals. A sample is two points, degenerate if their normals are
+/// parallel. More points are fitted by least squares of the distances to the cylinder, starting
+/// from the cylinder of the two, among a few, whose normals differ most. Views points and normals,
+/// which must outlive it. Source: Schnabel, Wahl & Klein 2007, "Efficient RANSAC for point-cloud
+/// shape detection", section 4.1; the iteration is that of Marquardt 1963.
 export template <Scalar S>
 class cylinder_family {
  public:
   using model_type = cylinder_model;
 
-  /// Throws `invalid_input` unless there is one normal a point, and for limits that make no sense.
+  /// Throws `invalid_input` unless there is one normal per point, and for limits that make no
+  /// sense.
   template <BorrowedPoints P, BorrowedPoints N>
     requires(dimension_of<P> == 3 && dimension_of<N> == 3 && PointwiseVectors<N>)
   cylinder_family(P&& points, N&& normals, cylinder_limits limits = {})
       : points_{as_points(std::forward<P>(points))},
         normals_{as_points(std::forward<N>(normals))},
         limits_{std::move(limits)} {
-    expects(points_.size() == normals_.size(), "cylinder_family: there must be one normal a point");
+    expects(points_.size() == normals_.size(),
+            "cylinder_family: there must be one normal per point");
     expect_sensible(limits_.axis, 3);
     expect_sensible(limits_.radius);
   }
-  /// Of points that have normals, such as a cloud.
+  /// From points that have normals, such as a cloud.
   template <BorrowedPoints P>
     requires OrientedPoints<P>
   explicit cylinder_family(P&& points, cylinder_limits limits = {})

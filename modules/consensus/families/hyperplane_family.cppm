@@ -10,6 +10,7 @@ import :ransac;
 
 namespace cilantro {
 
+/// Which hyperplanes are allowed: their `normal`.
 export struct hyperplane_limits {
   std::optional<direction_limit> normal = {};
 };
@@ -48,10 +49,11 @@ void score_hyperplanes(const coordinate_rows<S>& points, std::span<const plane_i
                        index_t first, index_t count, const residual_scoring& scoring,
                        std::span<data_score> sums);
 
-/// Hyperplanes through points: Dim of them are a sample, and the least squares of more are the mean
-/// and the direction of least variance. A sample is degenerate if it lies in a smaller subspace.
-/// Views the points, which must outlive it, and has a copy of their coordinates for speed.
-/// Source: Pearson 1901, "On lines and planes of closest fit to systems of points in space".
+/// Hyperplanes through points. A sample is Dim points, degenerate if they lie in a subspace of
+/// lower dimension. More points are fitted by least squares: the plane through their mean across
+/// the direction of least variance. Views the points, which must outlive it, and keeps a copy of
+/// their coordinates for speed. Source: Pearson 1901, "On lines and planes of closest fit to
+/// systems of points in space".
 export template <Scalar S, int D>
 class hyperplane_family {
  public:

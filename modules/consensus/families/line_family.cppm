@@ -9,6 +9,7 @@ import :constraints;
 
 namespace cilantro {
 
+/// Which lines are allowed: their `direction`.
 export struct line_limits {
   std::optional<direction_limit> direction = {};
 };
@@ -16,10 +17,9 @@ export struct line_limits {
 [[nodiscard]] std::optional<line_model<dynamic>> fit_line(
     const std::optional<principal_frame>& frame, const line_limits& limits);
 
-/// Lines through points of any dimension: two different ones are a sample, and the least squares of
-/// more are the mean and the direction of largest variance. Views the points, which must outlive
-/// it.
-/// Source: Pearson 1901.
+/// Lines through points of any dimension. A sample is two points, degenerate if they are equal.
+/// More points are fitted by least squares: the line through their mean along the direction of
+/// largest variance. Views the points, which must outlive it. Source: Pearson 1901.
 export template <Scalar S, int D>
 class line_family {
  public:

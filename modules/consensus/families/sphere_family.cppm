@@ -9,6 +9,7 @@ import :constraints;
 
 namespace cilantro {
 
+/// Which spheres are allowed: their `radius`.
 export struct sphere_limits {
   radius_limit radius = {};
 };
@@ -18,11 +19,10 @@ export struct sphere_limits {
 [[nodiscard]] std::optional<sphere_model<dynamic>> fit_sphere(
     const std::optional<gathered_points>& data, double negligible, const sphere_limits& limits);
 
-/// Spheres through points of any dimension; circles in 2D. Dim + 1 points are a sample, degenerate
-/// if they lie in a hyperplane; more are fitted by least squares of the distances to the sphere.
-/// Views the points, which must outlive it.
-/// Source: Kåsa 1976 for the start; Gander, Golub & Strebel 1994, "Least-squares fitting of circles
-/// and ellipses", section 4, for the iteration.
+/// Spheres through points of any dimension; in 2D, circles. A sample is Dim + 1 points, degenerate
+/// if they lie in a hyperplane. More points are fitted by least squares of the distances to the
+/// sphere. Views the points, which must outlive it. Source: Kåsa 1976 for the start; Gander, Golub
+/// & Strebel 1994, "Least-squares fitting of circles and ellipses", section 4, for the iteration.
 export template <Scalar S, int D>
 class sphere_family {
  public:

@@ -7,10 +7,10 @@ import :sample;
 
 namespace cilantro {
 
-/// Which transforms map one point of each pair to the other.
+/// Which transforms a `transform_family` contains.
 export enum class transform_kind {
   rigid,       ///< A rotation and a translation.
-  similarity,  ///< These, and a scale.
+  similarity,  ///< A rotation, a translation and a scale.
   affine,      ///< Any linear map, and a translation.
 };
 
@@ -25,20 +25,21 @@ double pair_distance(points_view<S, D> source, points_view<S, D> target,
                      index_t s, index_t t);
 
 /// Transforms that map the source point of each pair to its target point, in any dimension. A
-/// sample is as many pairs as determine one: Dim of a rigid or similar one (in 1D a rigid one: 1, a
-/// similar one: 2), Dim + 1 of an affine one; it is degenerate if its source points lie in a
-/// smaller subspace than that takes. The residual is the distance between the mapped source point
-/// and the target point. Views the points, which must outlive it; make one by `rigid_family`,
-/// `similarity_family` or `affine_family`.
-/// Source: Umeyama 1991, "Least-squares estimation of transformation parameters".
+/// sample has as many pairs as determine a transform: Dim for rigid transforms and similarities
+/// (but 2 for a similarity in 1D), Dim + 1 for affine ones; it is degenerate if its source points
+/// lie in too small a subspace to determine one. The residual is the distance between the mapped
+/// source point and the target point. Views the points, which must outlive it; make one by
+/// `rigid_family`, `similarity_family` or `affine_family`. Source: Umeyama 1991, "Least-squares
+/// estimation of transformation parameters".
 export template <Scalar S, int D, transform_kind Kind>
 class transform_family {
  public:
   using model_type = std::conditional_t<Kind == transform_kind::rigid, rigid_transform<S, D>,
                                         affine_transform<S, D>>;
 
-  /// Pair i is of source point `sources[i]` and target point `targets[i]`, or if both are empty of
-  /// the i-th of each.
+  /// Pair i has source point `sources[i]` and target point `targets[i]`; if both lists are empty,
+  /// the i-th point of each. Throws `invalid_input` for different sizes or dimensions, and for an
+  /// index that is out of range.
   transform_family(points_view<S, D> source, points_view<S, D> target, index_list sources = {},
                    index_list targets = {})
       : target_{target},
@@ -53,7 +54,7 @@ class transform_family {
     for (std::size_t i = 0; i < targets_.size(); ++i)
       expects(0 <= targets_[i] && targets_[i] < target_.size() && 0 <= sources_[i] &&
                   sources_[i] < source_.size(),
-              "transform_family: a pair is not of points");
+              "transform_family: the index of a pair is out of range");
   }
 
   [[nodiscard]] index_t size() const {
@@ -99,7 +100,7 @@ template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q>
   return transform_family<typename view::scalar, view::static_dimension, Kind>{
       as_points(std::forward<P>(source)), as_points(std::forward<Q>(target))};
 }
-/// Pairs of indices, by members `target` and `source`, such as the correspondences of a
+/// A range of pairs of indices with members `source` and `target`, such as the correspondences of a
 /// registration.
 export template <class R>
 concept PairRange = std::ranges::input_range<R> && requires(std::ranges::range_value_t<R> pair) {
@@ -124,9 +125,10 @@ template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q, PairRange R>
       std::move(targets)};
 }
 
-/// Rigid transforms of pairs: the i-th points of both, or with a third argument those that a range
-/// of pairs names by `target` and `source`. Throws `invalid_input` for different sizes or
-/// dimensions, and pairs that are not of points.
+/// `rigid_family(source, target)`: rigid transforms between the i-th points of both sets.
+/// `rigid_family(source, target, pairs)`: between the pairs of a `PairRange`. Throws
+/// `invalid_input` for different sizes, dimensions or origins, and for a pair with an index that is
+/// out of range.
 export template <class... Args>
   requires requires(Args&&... args) {
     transforms_between<transform_kind::rigid>(std::forward<Args>(args)...);
@@ -134,7 +136,7 @@ export template <class... Args>
 [[nodiscard]] auto rigid_family(Args&&... args) {
   return transforms_between<transform_kind::rigid>(std::forward<Args>(args)...);
 }
-/// As above, with a scale.
+/// As above, for rigid transforms with a scale.
 export template <class... Args>
   requires requires(Args&&... args) {
     transforms_between<transform_kind::similarity>(std::forward<Args>(args)...);
@@ -142,7 +144,7 @@ export template <class... Args>
 [[nodiscard]] auto similarity_family(Args&&... args) {
   return transforms_between<transform_kind::similarity>(std::forward<Args>(args)...);
 }
-/// As above, with any linear part.
+/// As above, for affine transforms.
 export template <class... Args>
   requires requires(Args&&... args) {
     transforms_between<transform_kind::affine>(std::forward<Args>(args)...);

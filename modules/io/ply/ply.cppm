@@ -8,11 +8,13 @@ import :file_options;
 
 namespace cilantro {
 
+/// How the data of a PLY file is stored: `ascii`, `binary_little_endian` or `binary_big_endian`.
 export enum class ply_format { ascii, binary_little_endian, binary_big_endian };
 
+/// Options of `write_ply`. `format` says how the data is stored.
 export struct ply_write_options {
   ply_format format = ply_format::binary_little_endian;
-  /// Colours as float instead of as 8 bits, to which they are rounded otherwise.
+  /// Whether colours are written as float; otherwise, they are rounded to 8 bits.
   bool float_colors = false;
   task_monitor monitor = {};
 };
@@ -20,36 +22,36 @@ export struct ply_write_options {
 /// Reads the vertices of a PLY file in any of the three formats.
 ///
 /// x, y (and z if D is 3) become the points, nx, ny (nz) the normals, and red, green, blue, as 8
-/// bits or as floats, the colours, where they are all there. Every other scalar property of a
-/// vertex becomes an attribute of its own type; list properties and other elements (faces) are
-/// skipped. Comments are kept. Coordinates that S would round are treated as `origin_policy` says.
-/// Numbers do not depend on the locale; non-finite ones are read as
-/// such.
+/// bits or as floats, the colours; normals and colours only if all their properties are present.
+/// Every other scalar property of a vertex becomes an attribute of its own type; list properties
+/// and other elements (faces) are skipped. Comments are kept. Coordinates that S would round are
+/// treated as `origin_policy` says. Reading does not depend on the locale; non-finite numbers are
+/// kept.
 ///
-/// Throws `io_error` with path, and line or byte, for what is not a regular file, or is malformed
-/// or truncated. Memory is bounded by the size of the file, whatever its header promises. Only what
-/// comes before the end of the vertices is looked at.
+/// Throws `io_error` with path, and line or byte, for a file that is not regular, malformed or
+/// truncated. Memory is bounded by the size of the file, whatever its header claims. Anything after
+/// the vertices is ignored.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_ply(const std::filesystem::path& path,
                                          const read_options& options = {});
 
-/// As above, from memory; errors call it `name`.
+/// As above, from memory; errors refer to it as `name`.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_ply(std::span<const std::byte> bytes,
                                          const std::filesystem::path& name = "memory",
                                          const read_options& options = {});
 
-/// Writes a cloud with its normals, colours, attributes and comments, points and normals in their
-/// own scalar, or in double where the cloud has an origin; as text, numbers have as many digits as
-/// reading them back exactly needs.
+/// Writes a cloud with its normals, colours, attributes and comments. Points and normals are
+/// written in their own scalar, but points in double if the cloud has an origin. Text has enough
+/// digits to be read back exactly.
 ///
-/// The file appears under its name when it is complete, and replaces one that was there; until
-/// then, and if anything fails, that one stays as it was. (What is not a regular file, such as a
-/// pipe or a device, is written to directly.) Throws `io_error`; and `invalid_input` for mismatched
-/// sizes, for attributes that PLY could not tell apart or of integers with 64 bits, and for names
-/// with white space.
+/// The file appears under its name when it is complete, and then replaces an existing file; until
+/// then, and if anything fails, the existing file stays as it was. (A pipe, a device or anything
+/// else that is not a regular file is written to directly.) Throws `io_error`; and `invalid_input`
+/// for mismatched sizes, for attributes whose names would be ambiguous or contain white space, and
+/// for attributes of 64-bit integers.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
@@ -67,7 +69,7 @@ struct write_ply_tap {
     write_ply(cloud, path, options);
   }
 };
-/// Writes the cloud to `path` and hands it on.
+/// The step that writes the cloud to `path` and passes it on unchanged.
 export [[nodiscard]] inline auto write_ply(std::filesystem::path path,
                                            ply_write_options options = {}) {
   return tap_step{write_ply_tap{std::move(path), std::move(options)}};

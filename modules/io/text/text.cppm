@@ -8,74 +8,75 @@ import :file_options;
 
 namespace cilantro {
 
+/// Options of `read_text`.
 export struct text_read_options {
-  /// What the columns are, such as {"x", "y", "z", "intensity", "r", "g", "b"}; "_" is skipped. If
-  /// empty, what the file says or else what is usual.
+  /// The names of the columns, such as {"x", "y", "z", "intensity", "r", "g", "b"}; a column "_" is
+  /// skipped. If empty, they are taken from the file, or guessed: see `read_text`.
   std::vector<std::string> columns = {};
-  origin_policy origin = origin_policy::automatic;
-  /// Whether commas are decimal, where it cannot be told; otherwise see `read_text`.
+  origin_policy origin = origin_policy::automatic;  ///< Whether large coordinates get an origin.
+  /// Whether commas are decimal commas, for files where this is ambiguous; see `read_text`.
   std::optional<bool> decimal_commas = {};
   task_monitor monitor = {};
 };
 
+/// Options of `write_text`.
 export struct text_write_options {
-  char separator = ' ';
-  /// Whether a first line names the columns: as a comment if the separator is white space.
+  char separator = ' ';  ///< Space, tab, comma or semicolon.
+  /// Whether the first line names the columns; it is a comment if the separator is white space.
   bool names = true;
   task_monitor monitor = {};
 };
 
-/// Reads lines of numbers: XYZ, PTS, ASC, CSV and their like, one point a line.
+/// Reads lines of numbers, one point per line: XYZ, PTS, ASC, CSV and similar files.
 ///
-/// White space, commas and semicolons separate. Commas are decimal in a file whose first point with
-/// commas has semicolons, too, or only numbers such as `1,5` between white space; where only some
-/// are such, and nothing says how many columns there are, it may be either and is an error, unless
-/// the options say which. Blank lines and lines
-/// that begin with # or // are passed over, the latter kept as comments. A first line of one whole
-/// number is the count of a PTS file, which may be followed by the counts and points of further
-/// scans. Columns are named by a first line of words, quoted or not, or the last comment of as many
-/// words as there are columns, if x, y (and z) are among them; otherwise what comes after the
-/// coordinates is taken for
+/// Values are separated by white space, commas or semicolons. Commas are decimal commas if the
+/// first point with commas has semicolons, too, or has only numbers such as `1,5` between white
+/// space. If only some of its numbers are like that, and nothing tells how many columns there are,
+/// the file is ambiguous: an error, unless `decimal_commas` decides. Blank lines are skipped, and
+/// lines that begin with # or // are kept as comments. A first line with a single whole number is
+/// the count of a PTS file, whose points may be followed by the counts and points of further scans.
+/// Columns are named by a first line of words, quoted or not, or by the last comment that has as
+/// many words as there are columns, if x, y (and z) are among the words. Otherwise, the columns
+/// after the coordinates are taken to be
 ///
-/// - 1 more: intensity; 3 more: colours if they are whole numbers from 0 to 255 or the file has a
+/// - if there is 1: intensity; 3: colours if they are whole numbers from 0 to 255 or the file has a
 ///   count, else normals;
-/// - 4 more: intensity and colours, or colours and alpha if those three are whole numbers from 0 to
-///   255 and the file has no count; 6 more: colours and normals, in either order;
-/// - anything else: attributes named column_4 and so on.
+/// - 4: intensity and colours, or colours and alpha if those three are whole numbers from 0 to 255
+///   and the file has no count; 6: colours and normals, in either order;
+/// - any other number: attributes named column_4 and so on.
 ///
-/// Colours of whole numbers from 0 to 255 are read as such, those of only 0 and 1 if the columns
-/// are spelled out as red, green and blue; others are numbers in [0, 1], or if one of them is above
-/// 1, from 0 to 255 (beyond, to 65535). Attributes are of double. Memory beside the result: up to
-/// 16 bytes a number. Throws `io_error` with path and line for a line with another number of values
-/// than the first, a word that is no number (but in a column that is skipped), or fewer points than
-/// the count says (what comes after so many is not read, and a comment says so); `invalid_input` if
-/// columns are named and x, y (and z) are not among them.
+/// Colours that are whole numbers from 0 to 255 are read as such; if all of them are 0 or 1, only
+/// if the columns are named red, green and blue. Other colours are numbers in [0, 1], or, if one of
+/// them is above 1, from 0 to 255 (if one is above 255, to 65535). Attributes hold doubles. Memory
+/// beside the result: up to 16 bytes per number. Throws `io_error` with path and line for a line
+/// with another number of values than the first, a word that is not a number (except in a skipped
+/// column), or fewer points than the count says (points beyond the count are not read, which a
+/// comment then notes); throws `invalid_input` if `columns` does not contain x, y (and z).
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_text(const std::filesystem::path& path,
                                           const text_read_options& options = {});
 
-/// As above, from memory; errors call it `name`.
+/// As above, from memory; errors refer to it as `name`.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_text(std::span<const std::byte> bytes,
                                           const std::filesystem::path& name = "memory",
                                           const text_read_options& options = {});
 
-/// Writes points, normals, colours from 0 to 255, and attributes as lines of numbers, with as many
-/// digits as reading them back exactly needs. Comments are kept if the separator is white space.
+/// Writes points, normals, colours from 0 to 255, and attributes as lines of numbers, with enough
+/// digits to be read back exactly. Comments are written if the separator is white space.
 ///
 /// The file appears under its name when it is complete, as with `write_ply`. Throws `io_error`; and
-/// `invalid_input` for mismatched sizes, for names that could not be told apart, and for a
-/// separator that is none of space, tab, comma and semicolon.
+/// `invalid_input` for mismatched sizes, for attribute names that would be ambiguous, and for a
+/// separator other than space, tab, comma and semicolon.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)
 void write_text(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
                 const text_write_options& options = {});
 
-/// Writes the count, and points, intensity and colours in the order of PTS files.
-/// Throws as above, and `invalid_input` for a cloud with normals or other attributes, for which
-/// these files have no place.
+/// Writes a PTS file: the count, then points, intensity and colours. Throws as above, and
+/// `invalid_input` for a cloud with normals or other attributes, which PTS files cannot hold.
 export template <Scalar S>
 void write_pts(const point_cloud<S, 3>& cloud, const std::filesystem::path& path,
                const task_monitor& monitor = {});
@@ -92,7 +93,7 @@ struct write_text_tap {
     write_text(cloud, path, options);
   }
 };
-/// Writes the cloud to `path` and hands it on.
+/// The step that writes the cloud to `path` and passes it on unchanged.
 export [[nodiscard]] inline auto write_text(std::filesystem::path path,
                                             text_write_options options = {}) {
   return tap_step{write_text_tap{std::move(path), std::move(options)}};

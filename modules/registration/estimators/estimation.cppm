@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the estimators share: who takes part, and what becomes of the sums over their pairs.
+// What the estimators share: the surfaces, and how sums over their pairs are turned into a step.
 // Internal.
 export module cilantro.registration:estimation;
 
@@ -20,10 +20,10 @@ template <Scalar S, int C, PointsSource P>
                                     points_view<S, C>{normals_in(points)}};
 }
 
-/// A rigid motion of more has over 500 unknowns, whose equations are dense.
+/// A rigid motion of more dimensions would have over 500 unknowns, whose equations are dense.
 inline constexpr index_t most_dimensions = 32;
 
-/// The two surfaces of a registration, and what is counted of them once.
+/// The two surfaces of a registration, and what is computed once for them.
 template <Scalar S, int D>
 struct registered_surfaces {
   oriented_points_view<S, D> target, source;
@@ -74,7 +74,7 @@ void expect_pairs_of(const registered_surfaces<S, D>& surfaces,
           "have the same source and target");
 }
 
-/// How many source points the pairs have, given that they are in order of source.
+/// The number of different source points in the pairs, which must be in order of source.
 template <Scalar S>
 [[nodiscard]] index_t count_sources(std::span<const correspondence<S>> pairs) {
   index_t count = 0;
@@ -82,7 +82,7 @@ template <Scalar S>
     count += i == 0 || pairs[i].source != pairs[i - 1].source;
   return count;
 }
-/// The same of several searches together.
+/// The same for several searches together.
 template <Scalar S, std::size_t N>
 [[nodiscard]] index_t count_sources(const std::array<correspondences<S>, N>& searches,
                                     index_t sources) {
@@ -98,8 +98,8 @@ template <Scalar S, std::size_t N>
 struct pair_totals {
   index_t pairs = 0;
   double weight = 0;
-  /// The weights by what each pair sees along the direction in which it sees most: less than its
-  /// weight for a metric that trusts some pairs less.
+  /// The weights, times the largest squared gradient of each pair: less than its weight for a
+  /// metric that trusts some pairs less.
   double seen = 0;
   double squared_residual = 0, squared_distance = 0;
 };

@@ -186,12 +186,12 @@ template <Scalar S, int D, class Metric, MotionModel Model>
     return sum_any_equations<S, D>(surfaces, current, pairs, metric, model, how);
 }
 
-/// Improves a transform by one step of Gauss–Newton: any metric of residual terms, under any model
-/// of motion, with any solver. Normal equations are summed in double.
+/// Improves a transform by one Gauss–Newton step, for any metric of residual terms, any motion
+/// model and any solver. Normal equations are summed in double.
 ///
-/// Directions that the residuals do not see stay as they are. A source normal counts as fixed
-/// within a step, and moves between steps, by the inverse transpose of the linear part. Views
-/// target and source.
+/// The transform does not change along directions that the residuals do not determine. Source
+/// normals are constant within a step; between steps, they are turned by the inverse transpose of
+/// the linear part. Views target and source, which must outlive it.
 export template <Scalar S, int D, class Metric = point_to_plane, MotionModel Model = rigid_motion,
                  NormalEquationSolver Solver = truncated_solver>
   requires RegistrationMetric<Metric, closed_dimension<D>>
@@ -199,8 +199,8 @@ class least_squares_estimator {
  public:
   using transform_type = transform_of<Model, S, D>;
 
-  /// Throws `invalid_input` if the metric needs normals that a surface has not, or that are not of
-  /// unit length, or for surfaces of different dimension.
+  /// Throws `invalid_input` if the metric needs normals that a surface does not have, or that are
+  /// not of unit length, and for surfaces of different dimension or origin.
   template <BorrowedPoints T, BorrowedPoints P>
   least_squares_estimator(P&& source, T&& target, Metric metric = {}, Model model = {},
                           Solver solver = {}, execution how = {})
@@ -224,6 +224,7 @@ class least_squares_estimator {
     });
   }
 
+  /// The identity, in the dimension of the surfaces.
   [[nodiscard]] transform_type identity() const {
     return identity_transform<transform_type>(surfaces_.dimension);
   }
@@ -234,7 +235,7 @@ class least_squares_estimator {
       const transform_type& current, std::span<const correspondence<S>> pairs) const {
     return solve(current, sum(current, pairs, metric_), count_sources<S>(pairs));
   }
-  /// With pairs for each term of a combined metric.
+  /// As above, with separate pairs for each term of a combined metric.
   template <std::size_t N>
     requires(is_combined<Metric>)
   [[nodiscard]] registration_step<transform_type> estimate(
@@ -248,7 +249,8 @@ class least_squares_estimator {
   }
 
   /// The residual of each pair under a transform, unweighted, in the units of the points: with its
-  /// sign where it has one row, otherwise its length. Of a combined metric, that of all its terms.
+  /// sign if it has one row, otherwise its length. For a combined metric, the residual of all its
+  /// terms together.
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
     expects(index_t(transform.translation().size()) == surfaces_.dimension,

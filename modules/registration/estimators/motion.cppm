@@ -6,21 +6,21 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A finite motion of points: p ↦ linear · p + translation.
+/// A finite motion of points: p ↦ `linear` · p + `translation`.
 export using motion_step = affine_parts<double, dynamic>;
 
-/// How a transform may move: how many unknowns a small motion has, how fast a point moves with each
-/// of them, and which finite motion they stand for.
+/// How a transform can change: the unknowns of a small motion, the velocity that each of them gives
+/// a point, and the finite motion that they stand for.
 ///
 /// Semantics: a small motion with unknowns δ gives the point y the velocity v(y, δ), linear in δ
 /// and affine in y. `pull_back(y, g, row)` writes row[k] = g · v(y, e_k) for each of the
-/// `unknowns(dimension)` unknowns: how much a residual with gradient g at y changes with it.
-/// `step(δ, dimension)` is a finite motion with that velocity where δ is 0. `normalize(linear)` is
-/// optional, and takes rounding out of the linear part of a transform. Every translation must be a
-/// possible motion, so that motions may be written around any centre. All of it is pure; the point
-/// type is any Eigen vector of double. `transform<S, D>` is the type of transform that it yields,
-/// `rigid_transform` or `affine_transform`.
-/// Models: `rigid_motion`, `affine_motion`; `check_motion_model` tests yours.
+/// `unknowns(dimension)` unknowns: how fast a residual with gradient g at y changes with that
+/// unknown. `step(δ, dimension)` is a finite motion that has this velocity in the limit of small δ.
+/// `normalize(linear)` is optional, and removes rounding errors from the linear part of a
+/// transform. Every translation must be a possible motion, so that motions can be expressed around
+/// any centre. All functions are pure; points are Eigen vectors of double of any type.
+/// `transform<S, D>` is the type of the resulting transform, `rigid_transform` or
+/// `affine_transform`. Models: `rigid_motion`, `affine_motion`; `check_motion_model` tests yours.
 export template <class P>
 concept MotionModel =
     requires(const P& model, index_t dimension, const Eigen::VectorXd& vector, double* row) {
@@ -31,16 +31,17 @@ concept MotionModel =
       { model.step(vector, dimension) } -> std::same_as<motion_step>;
     };
 
-/// The type of transform that a motion yields.
+/// The type of transform that a motion model results in.
 export template <MotionModel Motion, Scalar S, int D>
 using transform_of = typename Motion::template transform<S, D>;
 
-/// Rotation and translation in any dimension. The unknowns are rotations in radians, in 3D about x,
-/// y and z, otherwise from axis a to axis b in the order of (a, b), a < b; then the translation.
+/// Rotation and translation in any dimension. The unknowns are rotations in radians, then the
+/// translation. The rotations are about x, y and z in 3D, otherwise from axis a to axis b for each
+/// a < b, in the order of (a, b).
 ///
-/// A step is taken by the midpoint rule: the point midway between old and new place has the
-/// velocity of the step, so that rotations are Cayley's. It follows curved motions to second order.
-/// Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", section 3.
+/// A step follows the midpoint rule: the point midway between old and new place has the velocity of
+/// the step, which gives Cayley's rotations. It follows curved motions to second order. Source:
+/// Rusinkiewicz 2019, "A symmetric objective function for ICP", section 3.
 export struct rigid_motion {
   template <Scalar S, int D>
   using transform = rigid_transform<S, D>;
@@ -86,7 +87,7 @@ export struct affine_motion {
 
 static_assert(MotionModel<rigid_motion> && MotionModel<affine_motion>);
 
-/// The velocities at `y`, one column an unknown.
+/// The velocities at `y`, one column per unknown.
 template <MotionModel P>
 [[nodiscard]] Eigen::MatrixXd velocities(const P& model, const Eigen::VectorXd& y) {
   const index_t d = y.size(), u = P::unknowns(d);
@@ -100,7 +101,7 @@ template <MotionModel P>
 /// the library, whatever the model.
 struct velocity_field {
   Eigen::MatrixXd at_origin;            ///< `Dim × unknowns`.
-  std::vector<Eigen::MatrixXd> slopes;  ///< One an axis.
+  std::vector<Eigen::MatrixXd> slopes;  ///< One per axis.
 
   [[nodiscard]] Eigen::MatrixXd at(const Eigen::VectorXd& y) const;
   /// The mean of v(y, δ)ᵀ v(y, δ) as a quadratic form in δ, over points of that mean and
@@ -121,8 +122,8 @@ template <MotionModel P>
   return field;
 }
 
-/// The angle by which `linear` turns; of what is no rotation, ‖linear − I‖ / √2, which is the same
-/// for small ones.
+/// The angle by which `linear` turns; if it is not a rotation, ‖linear − I‖ / √2, which for small
+/// rotations is the same.
 [[nodiscard]] double rotation_angle(const Eigen::MatrixXd& linear);
 
 }  // namespace cilantro

@@ -14,7 +14,7 @@ import :normal_equations;
 
 namespace cilantro {
 
-/// What determines the closed form: how the pairs lie together.
+/// The sums that determine the closed form.
 template <int D>
 struct match_sums : place_sums<D> {
   point_vector<double, D> target;
@@ -55,8 +55,8 @@ template <Scalar S, int D, class Weight>
   });
 }
 
-/// The motion that brings moved source points onto their targets best, with what is not determined
-/// left as it is; and the equations whose solution it is.
+/// The motion that best brings the moved source points onto their targets, leaving what is not
+/// determined as it is; and the equations that it solves.
 struct matched_motion {
   motion_step move;
   prepared_equations prepared;
@@ -69,13 +69,15 @@ template <class Model>
                                            const Eigen::MatrixXd& product,
                                            const velocity_field& velocities);
 
-/// The least-squares transform between the points of the pairs in closed form, in any dimension:
-/// rigid (Umeyama 1991, "Least-squares estimation of transformation parameters", equations 34 to
-/// 43, without scale), or affine by its normal equations. Never a reflection.
+/// Computes the least-squares transform between the points of the pairs in closed form, in any
+/// dimension: rigid (Umeyama 1991, "Least-squares estimation of transformation parameters",
+/// equations 34 to 43, without scale), or affine by its normal equations. A rigid transform is
+/// never a reflection.
 ///
-/// What the pairs leave open, such as turning about the line on which all of them lie, stays as it
-/// is. `Weight` is a `PairWeight` of source index, target index, and the distance of the two
-/// under the current transform: a robust kernel may be given. Views target and source.
+/// Whatever the pairs do not determine, such as the rotation about a line on which all points lie,
+/// stays as it is. `Weight` is a `PairWeight` of source index, target index, and the distance
+/// between the two under the current transform, so that it can be a robust kernel. Views target and
+/// source, which must outlive it.
 export template <Scalar S, int D, class Model = rigid_motion,
                  PairWeight<double> Weight = unit_weight>
   requires std::same_as<Model, rigid_motion> || std::same_as<Model, affine_motion>
@@ -83,7 +85,7 @@ class point_to_point_estimator {
  public:
   using transform_type = transform_of<Model, S, D>;
 
-  /// Throws `invalid_input` for surfaces of different dimension.
+  /// Throws `invalid_input` for surfaces of different dimension or origin.
   template <BorrowedPoints T, BorrowedPoints P>
   point_to_point_estimator(P&& source, T&& target, Model model = {}, Weight weight = {},
                            truncated_solver solver = {}, execution how = {})
@@ -98,6 +100,7 @@ class point_to_point_estimator {
                  "point_to_point_estimator");
   }
 
+  /// The identity, in the dimension of the surfaces.
   [[nodiscard]] transform_type identity() const {
     return identity_transform<transform_type>(surfaces_.dimension);
   }
@@ -125,7 +128,7 @@ class point_to_point_estimator {
     return step;
   }
 
-  /// The distances of the pairs under a transform.
+  /// The distance between the points of each pair under a transform.
   [[nodiscard]] Eigen::VectorXd residuals(const transform_type& transform,
                                           std::span<const correspondence<S>> pairs) const {
     expects(index_t(transform.translation().size()) == surfaces_.dimension,

@@ -8,21 +8,21 @@ import :correspondence;
 
 namespace cilantro {
 
-/// A pair as a residual sees it, in the coordinates of the target, in double.
+/// A pair as it is passed to a residual term: in double, in the coordinates of the target.
 export template <int D>
 struct matched_pair {
   using vector = point_vector<double, D>;
 
-  vector point;          ///< The source point where the current transform moves it.
-  vector target;         ///< Its partner.
-  vector normal;         ///< The source normal, moved; zero if unknown or not asked for.
-  vector target_normal;  ///< Zero if unknown or not asked for.
-  index_t source_index, target_index;
+  vector point;                        ///< The source point, moved by the current transform.
+  vector target;                       ///< The target point.
+  vector normal;                       ///< The source normal, moved; zero if unknown or not needed.
+  vector target_normal;                ///< Zero if unknown or not needed.
+  index_t source_index, target_index;  ///< Indices of the two points.
 };
 
 /// Receives the rows of a residual: `emit(value, gradient)`, where the gradient is the derivative
-/// of the value by the moved source point; and `emit(value, gradient, at)` for one whose gradient
-/// acts at another place than there.
+/// of the value by the moved source point; and `emit(value, gradient, at)` for a row whose gradient
+/// acts at another place than that point.
 template <int D>
 struct residual_sink {
   void operator()(double value, const point_vector<double, D>& gradient) const;
@@ -30,15 +30,15 @@ struct residual_sink {
                   const point_vector<double, D>& at) const;
 };
 
-/// What is made small: the distance of a pair in some sense.
+/// What a registration makes small: the distance of a pair in some sense.
 ///
 /// Semantics: `term(pair, emit)` calls `emit(value, gradient)` once for each row of the residual,
-/// in the units of the points, or not at all for a pair that says nothing. Constant members
-/// `needs_source_normals` and `needs_target_normals` say whether it uses those; without them they
-/// are zero. Pure, and called from several threads at once. A metric of yours is a struct or a
-/// generic lambda of a few lines.
-/// Models: `point_to_point`, `point_to_plane`, `symmetric`, `generalized_icp`, `weighted_term`,
-/// `combined_metric`; `check_residual_term` tests yours.
+/// in the units of the points, or not at all for a pair that does not count. Static constants
+/// `needs_source_normals` and `needs_target_normals` say whether it uses these normals; without the
+/// constants, the normals of pairs are zero. Pure, and called from several threads at once. A
+/// metric of yours is a struct or a generic lambda of a few lines. Models: `point_to_point`,
+/// `point_to_plane`, `symmetric`, `generalized_icp`, `weighted_term`, `combined_metric`;
+/// `check_residual_term` tests yours.
 export template <class T, int D>
 concept ResidualTerm =
     requires(const T& term, const matched_pair<D>& pair, const residual_sink<D>& emit) {
@@ -56,8 +56,8 @@ template <class T>
   requires requires { T::needs_target_normals; }
 inline constexpr bool needs_target_normals<T> = T::needs_target_normals;
 
-/// The vector from the target to the point: one row a coordinate.
-/// Source: Besl & McKay 1992, "A method for registration of 3-D shapes".
+/// The vector from the target point to the moved source point: one row per coordinate. Source: Besl
+/// & McKay 1992, "A method for registration of 3-D shapes".
 export struct point_to_point {
   template <int D, class Emit>
   void operator()(const matched_pair<D>& pair, const Emit& emit) const {
@@ -68,8 +68,9 @@ export struct point_to_point {
   }
 };
 
-/// The distance to the plane through the target with its normal.
-/// Source: Chen & Medioni 1992, "Object modelling by registration of multiple range images".
+/// The signed distance to the plane through the target point across its normal. Pairs whose target
+/// normal is unknown are skipped. Source: Chen & Medioni 1992, "Object modelling by registration of
+/// multiple range images".
 export struct point_to_plane {
   static constexpr bool needs_target_normals = true;
 
@@ -80,10 +81,9 @@ export struct point_to_plane {
   }
 };
 
-/// The distance along the mean of both normals, which is zero wherever the two points lie on one
-/// circular arc: it converges from farther away than `point_to_plane`. The sides that normals are
-/// turned to do not matter.
-/// Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", equation 9.
+/// The signed distance along the mean of both normals, which is zero wherever the two points lie on
+/// one circular arc: it converges from farther away than `point_to_plane`. The signs of normals do
+/// not matter. Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", equation 9.
 export struct symmetric {
   static constexpr bool needs_source_normals = true, needs_target_normals = true;
 
@@ -99,9 +99,9 @@ export struct symmetric {
 };
 
 /// Plane to plane: the Mahalanobis distance under the covariances of both points, each flat along
-/// its normal. Between two planes it is that of `point_to_plane`; where a normal is unknown, that
-/// of points. Scaled so that the direction of a common normal counts 1.
-/// Source: Segal, Haehnel & Thrun 2009, "Generalized-ICP", section III, plane-to-plane.
+/// its normal. Between two planes it acts as `point_to_plane`; a point whose normal is unknown has
+/// the same variance in all directions. Scaled so that a distance along a common normal has weight
+/// 1. Source: Segal, Haehnel & Thrun 2009, "Generalized-ICP", section III, plane-to-plane.
 export struct generalized_icp {
   static constexpr bool needs_source_normals = true, needs_target_normals = true;
 
@@ -125,9 +125,9 @@ export struct generalized_icp {
   }
 };
 
-/// A term with weights: a factor, a `PairWeight` of source index, target index and the distance
-/// that the search found, and a robust kernel of the residual's length, which makes the solution
-/// one of iteratively reweighted least squares: `weighted_term{point_to_plane{}, 1, {},
+/// A `term` with weights: a factor, `weight`; a `PairWeight` of source index, target index and the
+/// distance that the search has found, `pairs`; and a `robust` kernel of the residual's length,
+/// which leads to iteratively reweighted least squares: `weighted_term{point_to_plane{}, 1, {},
 /// huber{0.01}}`.
 export template <class Term, class Pairs = unit_weight, class Kernel = unit_weight>
 struct weighted_term {
@@ -158,8 +158,8 @@ weighted_term(Term, double, Pairs) -> weighted_term<Term, Pairs>;
 export template <class Term, class Pairs, class Kernel>
 weighted_term(Term, double, Pairs, Kernel) -> weighted_term<Term, Pairs, Kernel>;
 
-/// The sum of several terms, each as it is or `weighted_term`. With a `combined_searcher` each has
-/// its own pairs.
+/// The sum of several terms, each a residual term or a `weighted_term`. With a `combined_searcher`,
+/// each has pairs of its own.
 export template <class... Terms>
 class combined_metric {
  public:
@@ -196,12 +196,12 @@ template <class... T, int D>
 inline constexpr bool is_metric<combined_metric<T...>, D> =
     ((!is_combined<T> && is_metric<T, D>) && ...);
 
-/// What a registration minimises: a `ResidualTerm`, one that is `weighted_term`, or several
-/// `combined_metric`.
+/// What a registration minimises: a `ResidualTerm`, a `weighted_term` of one, or a
+/// `combined_metric` of several.
 export template <class T, int D>
 concept RegistrationMetric = ResidualTerm<T, D> || is_metric<T, D>;
 
-/// Hands term by term to `f(term, weight, pair evaluator, kernel)`.
+/// Calls `f(term, weight, pair weight, kernel)` for a term.
 template <class Metric, class F>
 void with_weights(const Metric& metric, F&& f) {
   if constexpr (is_weighted<Metric>)
@@ -210,7 +210,7 @@ void with_weights(const Metric& metric, F&& f) {
     f(metric, 1.0, unit_weight{}, unit_weight{});
 }
 
-/// The same for each part of a metric.
+/// The same for each term of a metric.
 template <class Metric, class F>
 void with_terms(const Metric& metric, F&& f) {
   if constexpr (is_combined<Metric>)
@@ -221,7 +221,7 @@ void with_terms(const Metric& metric, F&& f) {
     with_weights(metric, f);
 }
 
-/// The pair of a moved point and its partner. `moved_normal()` is asked for where it is needed.
+/// The pair of a moved point and its partner. `moved_normal()` is called if it is needed.
 template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class F>
 [[nodiscard]] matched_pair<D> pair_at(const point_vector<double, D>& moved,
                                       const oriented_points_view<S, D>& target, index_t s,
@@ -241,14 +241,14 @@ template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class F>
   return pair;
 }
 
-/// Pairs as a metric sees them once a `PointMap` has moved the source, for estimators of yours:
-/// `matcher(pair)`. An affine map moves points in double, a field in its own scalar. Keeps a field
-/// by reference, and views the points.
+/// For estimators of yours: `matcher(pair)` is the pair that is passed to a metric, after a
+/// `PointMap` has moved the source. An affine map moves points in double, a field in its own
+/// scalar. Keeps a field by reference, and views the points.
 export template <class Metric, class M, Scalar S, int D>
 class pair_matcher {
  public:
-  /// Throws `invalid_input` for a map of another dimension or number of points, and if the metric
-  /// needs normals that the points have not.
+  /// Throws `invalid_input` for a map for another dimension or number of points, and if the metric
+  /// needs normals that the points do not have.
   pair_matcher(const Metric&, const M& map [[clang::lifetimebound]],
                const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target)
       : source_{moved_by(map, source)}, target_{target}, move_{mover(map)}, turn_{turner(map)} {
@@ -257,7 +257,7 @@ class pair_matcher {
     expects(!needs_target_normals<Metric> || target.has_normals() || target.points.empty(),
             "pair_matcher: the metric needs normals of the target; estimate them first");
   }
-  /// Of clouds, and of any points with normals.
+  /// As above, for clouds and any other points with normals.
   template <BorrowedPoints P, BorrowedPoints T>
     requires(!std::same_as<std::remove_cvref_t<P>, oriented_points_view<S, D>>)
   pair_matcher(const Metric& metric, const M& map [[clang::lifetimebound]], P&& source, T&& target)
@@ -266,7 +266,7 @@ class pair_matcher {
     expect_same_origin(source, target, "pair_matcher");
   }
 
-  /// Throws `invalid_input` for a pair of other points.
+  /// The pair, moved. Throws `invalid_input` if one of its indices is out of range.
   [[nodiscard]] matched_pair<D> operator()(const correspondence<S>& pair) const {
     const index_t s = pair.source;
     expects(0 <= s && s < source_.points.size() && 0 <= pair.target &&
@@ -316,11 +316,11 @@ export template <class Metric, class M, PointsSource P, PointsSource T>
 pair_matcher(const Metric&, const M&, P&&, T&&)
     -> pair_matcher<Metric, M, scalar_of<P>, dimension_of<P>>;
 
-/// Throws `invalid_input` for what is no weight.
+/// Throws `invalid_input` for a weight that is negative or NaN.
 inline void expect_weight(double weight) {
   if (!(weight >= 0))
     throw invalid_input{"registration: a pair has the weight " + in_digits(weight) +
-                        ", by its term, its pair weight or its robust kernel"};
+                        ", from its term, its pair weight or its robust kernel"};
 }
 
 /// The rows of one term for one pair, as `weighted_rows` says.
@@ -349,12 +349,12 @@ void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel
   });
 }
 
-/// The rows of a metric for one pair, in the order of its terms: `emit(weight, value, gradient,
-/// at)`: how much the row counts, its residual, the derivative of that by the moved point, and the
-/// place that moves with it, the moved point but for `symmetric`. For estimators of yours: each row
-/// adds weight · value² to what is minimised, with the weights of iteratively reweighted least
-/// squares. `distance` is the pair's own. Rows without weight, or whose value is not finite, are
-/// left out.
+/// For estimators of yours: calls `emit(weight, value, gradient, at)` for each row of a metric for
+/// one pair, in the order of its terms. `value` is the residual, `gradient` its derivative by the
+/// moved point, and `at` the place where the gradient acts: the moved point, except for
+/// `symmetric`. Each row adds weight · value² to what is minimised, with the weights of iteratively
+/// reweighted least squares. `distance` is that of the correspondence. Rows with weight 0, or whose
+/// value is not finite, are left out. Throws `invalid_input` for a weight that is negative or NaN.
 export template <int D, class Metric, class Emit>
   requires RegistrationMetric<Metric, D>
 void weighted_rows(const Metric& metric, const matched_pair<D>& pair, double distance,

@@ -6,9 +6,9 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// Throws `invalid_input`, naming the set, if a normal is neither of unit length, to one part in a
-/// hundred, nor zero or not finite, which means unknown: residuals along it would be of another
-/// unit.
+/// Throws `invalid_input`, naming the set, if a normal does not have unit length, to one part in a
+/// hundred: residuals along it would be in another unit. Normals that are zero or not finite are
+/// unknown, and allowed.
 template <Scalar S, int D>
 void expect_unit_length(points_view<S, D> normals, const char* whose) {
   for (index_t i = 0; i < normals.size(); ++i) {

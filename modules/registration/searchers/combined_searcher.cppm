@@ -8,8 +8,8 @@ import :correspondence;
 
 namespace cilantro {
 
-/// A searcher for each term of a metric: the pairs of the first are for the first term, and so on.
-/// Keeps copies of them.
+/// Combines one searcher per term of a metric: the pairs of the first searcher are for the first
+/// term, and so on. Keeps copies of the searchers.
 export template <class... Searchers>
 class combined_searcher {
  public:

@@ -9,7 +9,7 @@ import :feature_space;
 
 namespace cilantro {
 
-/// Accepts a pair by the distance that found it.
+/// Judges a pair by the distance at which it was found.
 export struct same_distance {
   template <Scalar S>
   S operator()(S distance) const {
@@ -17,13 +17,14 @@ export struct same_distance {
   }
 };
 
-/// The nearest points in a `FeatureSpace`, under the same options as `nearest_neighbor_searcher`.
+/// Pairs points that are nearest in a `FeatureSpace`, with the same options as
+/// `nearest_neighbor_searcher`.
 ///
-/// Another judge may decide which pairs are accepted: a second `FeatureSpace` of the same points,
-/// or a `PairWeight` of source index, target index and distance. Pairs then have the distance
-/// that it says, and `max_distance` and all that follows apply to that.
-/// The target's tree is built once; the source's, for the other direction, in every search, since
-/// features may move in any way. Keeps a copy of space and judge.
+/// A judge can decide which pairs are accepted: a second `FeatureSpace` of the same points, or a
+/// `PairWeight` of source index, target index and distance. It replaces the distance of each pair,
+/// and `max_distance`, `one_to_one` and `fraction` apply to that. The target's tree is built once;
+/// the source's, for the other direction, is built in every search, since features may move in any
+/// way. Keeps copies of space and judge.
 export template <class Space, class Judge = same_distance>
 class feature_searcher {
  public:
@@ -31,7 +32,8 @@ class feature_searcher {
   static constexpr int feature_dimension =
       dimension_of<decltype(std::declval<const Space&>().target())>;
 
-  /// Throws `invalid_input` for options that make no sense, or features without a dimension.
+  /// Throws `invalid_input` for options that make no sense, for features of dimension 0, and for a
+  /// judge of other points.
   explicit feature_searcher(Space space, const correspondence_options& options = {},
                             Judge judge = {})
       : space_{std::move(space)},
@@ -42,7 +44,7 @@ class feature_searcher {
     const index_t sources = space_.source_size(), targets = space_.target().size();
     if constexpr (requires { judge_.source_size(); })
       expects(index_t(judge_.source_size()) == sources && judge_.target().size() == targets,
-              "feature_searcher: what judges pairs must be of the same source and target");
+              "feature_searcher: the judge must be of the same source and target");
     else
       expect_sizes(judge_, sources, targets, "feature_searcher");
   }
@@ -93,7 +95,8 @@ class feature_searcher {
 
   [[nodiscard]] execution how() const { return {.threads = options_.threads}; }
 
-  /// What both directions say if pairs are to be reciprocal, otherwise what either of them says.
+  /// Keeps the pairs that both directions have found if they must be reciprocal, otherwise those of
+  /// either.
   void merge(correspondences<scalar>& found, const correspondences<scalar>& back,
              bool have_both) const {
     const auto place = [](const auto& p) { return std::pair{p.source, p.target}; };

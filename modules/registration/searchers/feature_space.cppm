@@ -6,15 +6,16 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A space in which points of two sets are compared by more, or by something else, than where they
-/// are: normals, colours, descriptors.
+/// A space in which points of two sets are compared not only by their places, but also, or instead,
+/// by normals, colours or descriptors.
 ///
-/// Semantics: `target()` are the features of the target points, one a column, as `points_view`.
-/// `source_size()` is the number of source points. `moved_by(transform)` returns a function
-/// `f(i, out)` that writes to `out` the feature of source point i once it has been moved, as many
-/// scalars as a target feature has. Distances are Euclidean, so that weights are factors of the
-/// coordinates. Const, and called from several threads at once; a feature that is not finite is in
-/// no pair. Models: `point_features`, `joint_features`; `check_feature_space` tests yours.
+/// Semantics: `target()` is a `points_view` of the features of the target points, one per column.
+/// `source_size()` is the number of source points. `moved_by(transform)` returns a function `f(i,
+/// out)` that writes the feature of source point i, after the transform, to `out`, with as many
+/// scalars as a target feature has. Distances between features are Euclidean, so that coordinates
+/// are weighted by scaling them. All functions are const, and called from several threads at once;
+/// a point whose feature is not finite is in no pair. Models: `point_features`, `joint_features`;
+/// `check_feature_space` tests yours.
 export template <class F, class T>
 concept FeatureSpace =
     requires(const F& space, const T& transform, index_t i, typename T::Scalar* out) {
@@ -25,11 +26,11 @@ concept FeatureSpace =
       { space.moved_by(transform)(i, out) } -> std::same_as<void>;
     };
 
-/// The points themselves. Views them.
+/// The points themselves as features. Views them.
 export template <Scalar S, int D>
 class point_features {
  public:
-  /// Throws `invalid_input` for points of different dimension.
+  /// Throws `invalid_input` for points of different dimension or origin.
   template <BorrowedPoints T, BorrowedPoints P>
   point_features(P&& source, T&& target)
       : target_{as_points(std::forward<T>(target))}, source_{as_points(std::forward<P>(source))} {
@@ -40,8 +41,8 @@ class point_features {
 
   [[nodiscard]] points_view<S, D> target() const { return target_; }
   [[nodiscard]] index_t source_size() const { return source_.size(); }
-  /// Keeps the map by reference. Throws `invalid_input` for one of another dimension or number of
-  /// points.
+  /// Keeps the map by reference. Throws `invalid_input` if the map is for another dimension or
+  /// number of points.
   template <PointMap<D> M>
   [[nodiscard]] auto moved_by(const M& map [[clang::lifetimebound]]) const {
     expect_moves(map, source_, "point_features");
@@ -56,20 +57,21 @@ class point_features {
 export template <PointsSource T, PointsSource P>
 point_features(T&&, P&&) -> point_features<scalar_of<T>, dimension_of<T>>;
 
-/// How much normals and colours count beside places; what has weight 0 is left out.
+/// How much normals and colours count beside places; with weight 0 they are left out.
 export struct feature_weights {
   double normals = 0;  ///< Units of length for each unit of difference between unit normals.
   double colors = 0;   ///< Units of length for each unit of difference in the cube of colours.
 };
 
-/// Places together with normals, colours, or both: vectors (p, w·n, w·c). Moving points turns their
-/// normals and leaves their colours. Views the source, copies the features of the target.
+/// Places together with normals, colours, or both, as features (p, w·n, w·c). A transform moves
+/// points, turns their normals, and leaves their colours unchanged. Views the source, and keeps a
+/// copy of the target's features.
 export template <Scalar S, int D>
 class joint_features {
  public:
-  /// Clouds, or any points with the normals and colours that their type says they have. Throws
-  /// `invalid_input` if one of them lacks what has a weight, for points of different dimension, and
-  /// for weights that are negative or not finite.
+  /// Source and target are clouds, or any points whose type provides the normals and colours that
+  /// have a weight. Throws `invalid_input` if one of them lacks these, for points of different
+  /// dimension or origin, and for weights that are negative or not finite.
   template <BorrowedPoints T, BorrowedPoints P>
   joint_features(P&& source, T&& target, const feature_weights& weights)
       : source_{as_points(source), normals_in(source), colors_in(source)}, weights_{weights} {
@@ -81,8 +83,8 @@ class joint_features {
     return as_points(features_);
   }
   [[nodiscard]] index_t source_size() const { return source_.points.size(); }
-  /// Keeps the map by reference. Throws `invalid_input` for one of another dimension or number of
-  /// points, and for one that does not say what becomes of normals, where they have a weight.
+  /// Keeps the map by reference. Throws `invalid_input` if the map is for another dimension or
+  /// number of points, or does not turn normals although these have a weight.
   template <PointMap<D> M>
   [[nodiscard]] auto moved_by(const M& map [[clang::lifetimebound]]) const {
     expect_moves(map, source_.points, "joint_features");
@@ -121,11 +123,11 @@ class joint_features {
             "joint_features: target and source must have the same dimension");
     for (const auto* set : std::initializer_list<const described_points*>{&target, &source_}) {
       expects(weights_.normals == 0 || set->normals.size() == set->points.size(),
-              "joint_features: there is not one normal a point; estimate them first");
+              "joint_features: there must be one normal per point; estimate them first");
       expects(weights_.normals == 0 || set->normals.empty() || set->normals.dimension() == d,
               "joint_features: normals and points differ in dimension");
       expects(weights_.colors == 0 || set->colors.size() == set->points.size(),
-              "joint_features: there is not one color a point");
+              "joint_features: there must be one color per point");
     }
     features_.resize(d + normal_rows(d) + color_rows(), target.points.size());
     for (index_t i = 0; i < target.points.size(); ++i) {

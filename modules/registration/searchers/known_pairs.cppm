@@ -7,14 +7,14 @@ import :correspondence;
 
 namespace cilantro {
 
-/// Pairs that are known beforehand, from descriptors or markers: their distances are found anew for
-/// every transform or field of them, and `max_distance`, `one_to_one` and `fraction` applied to
-/// those. Direction and reciprocity have no meaning here. Views target and source.
+/// Uses pairs that are known beforehand, from descriptors or markers. Their distances are
+/// recomputed for every transform, and `max_distance`, `one_to_one` and `fraction` apply to these;
+/// `direction` and `reciprocal` are ignored. Views target and source, which must outlive it.
 export template <Scalar S, int D>
 class known_pairs_searcher {
  public:
-  /// Throws `invalid_input` for an index that is out of range, points of different dimension, or
-  /// options that make no sense.
+  /// Throws `invalid_input` for an index that is out of range, points of different dimension or
+  /// origin, or options that make no sense.
   template <BorrowedPoints T, BorrowedPoints P>
   known_pairs_searcher(P&& source, T&& target, correspondences<S> pairs,
                        const correspondence_options& options = {})

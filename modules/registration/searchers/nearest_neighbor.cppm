@@ -10,25 +10,27 @@ import :correspondence;
 
 namespace cilantro {
 
-/// What a search has found for each query, and until when that holds. In two and three dimensions
-/// the first three are in the order of the queries' own tree, block by block.
+/// What a search has found for each query, and how far the query may move before it must be
+/// searched again. In two and three dimensions, the first three arrays are in the order of the
+/// queries' own tree, block by block.
 template <Scalar S>
 struct tracked_queries {
   bool is_known = false;
-  buffer<S> places;           ///< Where each query was when it was last searched for.
-  buffer<S> others;           ///< From there to any point but the nearest it is at least that far.
-  buffer<std::int32_t> held;  ///< The nearest then; −1: none.
-  buffer<std::int32_t> nearest;  ///< By the index of the query; −1: none.
-  buffer<S> distances;           ///< To the nearest, now; by the index of the query.
+  buffer<S> places;  ///< Where each query was when it was last searched for.
+  buffer<S> others;  ///< A lower bound of the distance from there to any point but the nearest.
+  buffer<std::int32_t> held;     ///< The nearest point at that time; −1: none.
+  buffer<std::int32_t> nearest;  ///< The nearest point by the index of the query; −1: none.
+  buffer<S> distances;           ///< The current distance to it, by the index of the query.
 };
 
-/// What a `nearest_neighbor_searcher` remembers between the searches of a loop. Belongs to the
-/// caller; one that another searcher has used starts afresh.
+/// What a `nearest_neighbor_searcher` remembers between the searches of a loop. The caller owns it;
+/// a searcher discards what another one (its `owner`) has left. `sources` and `targets` are what is
+/// known about the points of each set.
 export template <Scalar S>
 struct nearest_neighbor_memory {
   std::shared_ptr<const void> owner;
   tracked_queries<S> sources, targets;
-  std::vector<char> is_wanted;  ///< Of the targets, where not all are asked.
+  std::vector<char> is_wanted;  ///< Which targets are searched for, unless all are.
 };
 
 /// Compiled in the library.
@@ -41,7 +43,7 @@ class nearest_neighbor_engine {
   /// `is_rigid` is what the type of the transform says.
   void find(const affine_parts<S, D>& transform, bool is_rigid, nearest_neighbor_memory<S>& memory,
             correspondences<S>& out) const;
-  /// With the source where something else has moved it.
+  /// As above, with the source already moved.
   void find(points_view<S, D> moved, nearest_neighbor_memory<S>& memory,
             correspondences<S>& out) const;
 
@@ -65,24 +67,24 @@ class nearest_neighbor_engine {
 
   points_view<S, D> target_, source_;
   correspondence_options options_;
-  std::optional<kd_tree<S, D>> target_tree_, source_tree_;  ///< Both, where queries go by blocks.
+  std::optional<kd_tree<S, D>> target_tree_,
+      source_tree_;  ///< Both exist if queries are answered in blocks.
 };
 
-/// For every source point the nearest target point, or the other way round, or both; which pairs
-/// stay is said by `correspondence_options`. Works in any dimension.
+/// Pairs every source point with the nearest target point, or the other way round, or both;
+/// `correspondence_options` decide which pairs are kept. Works in any dimension.
 ///
-/// Trees are built once. With a memory, a query that has moved by less than the gap between its
-/// nearest and its second nearest point keeps its neighbour without a search: the result is the
-/// same. Only a search from target to source under a map that is not rigid needs a new tree each
-/// time; of a field of transforms, each point is moved once. Views target and source; copies share
-/// their trees.
+/// Trees are built once. With a memory, a query whose nearest neighbour cannot have changed, since
+/// it has moved too little, is not searched again; the result is the same. Only searches from
+/// target to source under a map that is not rigid need a new tree each time. Views target and
+/// source, which must outlive it; copies share their trees.
 export template <Scalar S, int D>
 class nearest_neighbor_searcher {
  public:
   using memory = nearest_neighbor_memory<S>;
 
-  /// Throws `invalid_input` for points of different dimension, or options that make no sense;
-  /// `cancelled`. O((M + N) log (M + N)).
+  /// Throws `invalid_input` for points of different dimension or origin, or options that make no
+  /// sense; `cancelled`. O((M + N) log (M + N)).
   template <BorrowedPoints T, BorrowedPoints P>
   nearest_neighbor_searcher(P&& source, T&& target, const correspondence_options& options = {},
                             const task_monitor& monitor = {})
@@ -91,8 +93,8 @@ class nearest_neighbor_searcher {
     expect_same_origin(source, target, "nearest_neighbor_searcher");
   }
 
-  /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` for a map of
-  /// another dimension or number of points. O(N log M).
+  /// As `CorrespondenceSearcher` says; distances are Euclidean. Throws `invalid_input` if the map
+  /// is for another dimension or number of points. O(N log M).
   template <PointMap<D> M>
     requires std::same_as<typename M::Scalar, S>
   void find(const M& map, correspondences<S>& out) const {

@@ -10,16 +10,16 @@ import :nearest_neighbor;
 namespace cilantro {
 
 /// Pairs each source point with the target point that the target's camera sees in the same pixel:
-/// no tree and no search, for frames of a depth camera that has moved little. Looks from the source
-/// to the target only, whatever the options say about direction; a pair is never reciprocal in the
-/// sense of a nearest neighbour, so that option is refused.
-/// Source: Blais & Levine 1995, "Registering multiview range data to create 3D computer objects".
+/// no tree and no search, for frames of a depth camera that has moved little. Searches from the
+/// source to the target only; other directions, and reciprocal pairs, are refused. Source: Blais &
+/// Levine 1995, "Registering multiview range data to create 3D computer objects".
 export template <Scalar S>
 class projective_searcher {
  public:
-  /// `camera` stands where the target was seen from, in the target's coordinates. The target may be
-  /// organised or not. Views target and source. Throws `invalid_input` for a camera or options that
-  /// make no sense. O(M) here and O(N) for each search.
+  /// `camera` has the pose from which the target was seen, in the target's coordinates. The target
+  /// need not be organised. Views target and source, which must outlive it. Throws `invalid_input`
+  /// for a camera or options that make no sense or are not supported. O(M) for building, O(N) for
+  /// each search.
   template <BorrowedPoints T, BorrowedPoints P>
   projective_searcher(P&& source, T&& target, const pinhole_camera<S>& camera,
                       const correspondence_options& options = {})

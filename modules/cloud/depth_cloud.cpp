@@ -61,7 +61,7 @@ image<rgb> project_colors(const point_cloud<S, 3>& cloud, const image<std::int32
                           const rgb& background) {
   expects(cloud.has_colors() || cloud.empty(), "project_colors: the cloud has no colors");
   expects(std::ranges::all_of(seen.pixels(), [&](std::int32_t i) { return i < cloud.size(); }),
-          "project_colors: a pixel sees what is not one of the points");
+          "project_colors: a pixel has an index that is not one of the points");
   return paint(
       seen,
       [&](index_t i) {

@@ -99,7 +99,7 @@ work_ahead::work_ahead(int ahead, std::function<bool(index_t)> take,
       state_->threads.emplace_back([all = state_.get()] { all->run(); });
     } catch (const std::system_error&) {
       if (state_->threads.empty()) throw;
-      break;  // Fewer do as well.
+      break;  // Fewer threads give the same results.
     }
   }
 }

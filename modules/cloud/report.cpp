@@ -42,8 +42,9 @@ std::ostream& operator<<(std::ostream& out, const pipeline_report& report) {
 
 void expect_parts(const cloud_parts& needed, bool has_normals, bool has_colors) {
   expects(has_normals || !needed.normals,
-          "a step of the line needs normals, and the cloud has none; estimate them first");
-  expects(has_colors || !needed.colors, "a step of the line needs colors, and the cloud has none");
+          "a step of the pipeline needs normals, but the cloud has none; estimate them first");
+  expects(has_colors || !needed.colors,
+          "a step of the pipeline needs colors, but the cloud has none");
 }
 
 }  // namespace cilantro

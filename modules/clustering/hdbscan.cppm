@@ -50,7 +50,7 @@ export template <Scalar S>
 export template <PointsSource P>
 [[nodiscard]] hdbscan_result hdbscan(const P& points, knn neighbors,
                                      const hdbscan_options& options = {}) {
-  (void)neighborhood_spec{neighbors};  // Which refuses what is no number of neighbours.
+  (void)neighborhood_spec{neighbors};  // Throws for an invalid k.
   const auto view = points_in(points);
   if (view.empty()) return {};
   const kd_tree tree{view, {.threads = options.threads}};

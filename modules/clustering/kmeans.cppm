@@ -10,8 +10,8 @@ namespace cilantro {
 
 /// How the first centres are chosen.
 export enum class kmeans_start {
-  plus_plus,  ///< k-means++: points drawn one after another; those far from all earlier ones are
-              ///< more likely.
+  /// k-means++: points drawn one after another; those far from all earlier ones are more likely.
+  plus_plus,
   random_points,  ///< Points drawn with equal probability.
 };
 
@@ -42,8 +42,8 @@ struct kmeans_result : clusters {
   double inertia = 0;
   int iterations = 0;      ///< Of the start that was best.
   bool converged = false;  ///< Whether it ended before the limit of iterations.
-  index_t evaluations =
-      0;  ///< How often a point was compared with all centres, in all starts together.
+  /// How often a point was compared with all centres, in all starts together.
+  index_t evaluations = 0;
 
   /// The number of the nearest centre of each of other points, of equally near ones the first; −1
   /// for points that are not finite. Throws `invalid_input` for points of another dimension.

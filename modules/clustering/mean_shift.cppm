@@ -41,8 +41,8 @@ struct shifted_seeds {
 /// Sums over the points around a place.
 template <int D>
 struct kernel_sum {
-  point_vector<double, D>
-      shift;  ///< Around the place itself, so that far from the origin nothing is lost.
+  /// Around the place itself, so that far from the origin nothing is lost.
+  point_vector<double, D> shift;
   double density = 0;
 };
 

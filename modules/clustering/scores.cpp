@@ -24,7 +24,7 @@ struct contingency {
 
   contingency(std::span<const std::int32_t> first, std::span<const std::int32_t> second)
       : total{double(first.size())} {
-    expects(first.size() == second.size(), "labels of the same points must be as many");
+    expects(first.size() == second.size(), "both labelings must have the same number of labels");
     for (std::size_t i = 0; i < first.size(); ++i) {
       ++a[first[i]];
       ++b[second[i]];
@@ -72,7 +72,7 @@ double normalized_mutual_information(std::span<const std::int32_t> a,
 template <Scalar S, int D>
 std::vector<double> closed_silhouettes(points_view<S, D> points,
                                        std::span<const std::int32_t> labels, const execution& how) {
-  expects(std::ssize(labels) == points.size(), "silhouette: there must be one label a point");
+  expects(std::ssize(labels) == points.size(), "silhouette: there must be one label per point");
   std::vector<clusters::label> counted(labels.begin(), labels.end());
   for (index_t i = 0; i < points.size(); ++i)
     if (!is_finite(points[i])) counted[i] = clusters::none;

@@ -16,7 +16,7 @@ void expect_sensible(const std::optional<direction_limit>& limit, index_t dimens
 
 void expect_sensible(const radius_limit& limit) {
   expects(0 <= limit.min && limit.min <= limit.max,
-          "the radii must be a range that does not begin below 0");
+          "radius_limit: min must not be negative, and not above max");
 }
 
 bool allows(const std::optional<direction_limit>& limit, const Eigen::VectorXd& direction) {

@@ -73,8 +73,8 @@ export struct ransac_options {
   /// the share of inliers of the best model so far. At 1, it runs to `max_iterations`.
   double confidence = 0.999;
   index_t max_iterations = 1000;  ///< The most samples that are drawn.
-  index_t min_inliers =
-      0;  ///< A model with fewer inliers, or fewer than a sample, is not returned.
+  /// A model with fewer inliers, or fewer than a sample, is not returned.
+  index_t min_inliers = 0;
   /// Whether each new best model is refitted to its inliers as long as its score improves; for more
   /// than 65,536 data, to the inliers among about 32,768 of them.
   bool local_optimization = true;
@@ -128,11 +128,11 @@ double samples_needed(double confidence, double share, index_t sample_size);
 /// Whether a share of inliers in `count` data is too small to be that of a model as good as `best`.
 bool is_hopeless(double share, double best, index_t count);
 
-/// Data looked at between two questions whether a model can still win.
+/// How many data are scored before checking again whether a model can still win.
 inline constexpr index_t score_block_size = 1024;
 /// Samples that are tried ahead of a decision, at most and at first.
 inline constexpr index_t most_samples_ahead = 32, least_samples_ahead = 4;
-/// Of large data, so many blocks, evenly spread, take part in fits while models are still compared.
+/// While models are still compared, fits to large data use only this many blocks, evenly spread.
 inline constexpr index_t most_blocks_fitted = 32;
 /// Fits of a model to its inliers, one after another.
 inline constexpr int most_refits = 10;
@@ -231,7 +231,7 @@ class ransac_search {
       residuals(model, first, std::span{room}.first(size));
       const auto mask = active(first, size);
       std::size_t count = 0;
-      // Without a branch: which data agree is nothing that a processor could foresee.
+      // Without a branch: the processor could not predict which data agree.
       for (std::size_t k = 0; k < size; ++k) {
         some[count] = first + static_cast<index_t>(k);
         count += double(room[k]) <= limit && (mask.empty() || mask[k]);
@@ -347,7 +347,7 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
   double needed = double(options_.max_iterations), reported = 0;
   std::array<candidate, most_samples_ahead> next;
   while (double(iteration) < needed) {
-    // As many as were needed so far: whoever needs few does not pay for many.
+    // As many as have been needed so far, so that an easy search does not pay for many.
     const index_t ahead = std::min(std::max(iteration, least_samples_ahead), most_samples_ahead);
     const index_t count = std::min(ahead, options_.max_iterations - iteration);
     parallel_blocks(count, models_at_a_time, how, [&](index_t, index_t begin, index_t end) {

@@ -31,7 +31,7 @@ namespace {
 void expect_system(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right_sides,
                    bool is_square) {
   expects(matrix.rows() == right_sides.rows() && (!is_square || matrix.rows() == matrix.cols()),
-          "solve: matrix and right sides do not fit each other");
+          "solve: the sizes of matrix and right sides do not match");
 }
 
 // Column by column: how Eigen cuts a solution for several into blocks depends on the machine.

@@ -61,8 +61,8 @@ void expect_local(const T& points, const char* who) {
   if constexpr (requires { points_traits<T>::origin(points); })
     expects(origin_in(points).isZero(0),
             std::string{who} +
-                ": the points have an origin, and the function looks at coordinates "
-                "without it; take the function on clouds, or give the cloud's .points");
+                ": the points have an origin, but this function ignores it; use the function "
+                "on clouds, or pass the cloud's .points");
 }
 
 /// Throws `invalid_input`, naming the function `who`, if two sets of points have different origins.
@@ -95,7 +95,7 @@ struct oriented_points_view {
   oriented_points_view(P&& where, N&& directions)
       : points{as_points(std::forward<P>(where))}, normals{as_points(std::forward<N>(directions))} {
     expects(normals.empty() || normals.size() == points.size(),
-            "oriented_points_view: there must be one normal a point, or none");
+            "oriented_points_view: there must be one normal per point, or none");
     expects(normals.empty() || normals.dimension() == points.dimension(),
             "oriented_points_view: points and normals differ in dimension");
   }

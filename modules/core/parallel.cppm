@@ -25,7 +25,7 @@ export template <class F>
 void parallel_blocks(index_t n, index_t block_size, const execution& how, F&& f) {
   expect_from(0, how.threads, "threads (0 leaves the choice to OpenMP)");
   expects(n >= 0 && block_size > 0,
-          "parallel_blocks: n must not be negative, nor the block size 0");
+          "parallel_blocks: n must not be negative, and the block size must be positive");
   const index_t blocks = n / block_size + (n % block_size != 0);
   struct context {
     index_t n, block_size, blocks;

@@ -21,7 +21,7 @@ struct block_job {
 /// False when the job was stopped early. Rethrows the exception of the lowest block that threw.
 bool run_blocks(const block_job& job);
 
-/// Leaves to the calling thread one of so many equal parts of the threads that OpenMP would use.
+/// Limits the calling thread to one of `parts` equal parts of the threads that OpenMP would use.
 void share_threads(int parts);
 
 }  // namespace cilantro::detail

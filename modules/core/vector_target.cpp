@@ -68,7 +68,7 @@ vector_target current_vector_target() {
 
 void use_vector_target(vector_target target) {
   expects(is_available(target),
-          "use_vector_target: this machine has no " + std::string{name_of(target)});
+          "use_vector_target: not available on this machine: " + std::string{name_of(target)});
   current() = target;
 }
 

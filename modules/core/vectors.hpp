@@ -23,10 +23,10 @@ namespace {
 template <class T, int N>
 using vec __attribute__((ext_vector_type(N))) = T;
 
-/// Points are kept and queries answered in blocks of so many.
+/// Points are stored, and queries answered, in blocks of this many.
 constexpr int width = 16;
 
-/// Of two that are equal, or not numbers, the second.
+/// The second, if they are equal or one is NaN.
 template <class V>
 CILANTRO_ALWAYS_INLINE V smaller(V a, V b) {
   return a < b ? a : b;

@@ -34,7 +34,7 @@ std::vector<index_t> components_in(const neighborhoods<S>& graph, index_t& count
 template <Scalar S>
 isomap_result isomap(const neighborhoods<S>& graph, const embedding_options& options) {
   expects(graph.size() <= most_isomap_points,
-          "isomap: there are too many nodes for all distances; take a sample");
+          "isomap: there are too many nodes for a matrix of all distances; take a sample");
   const auto both_ways = neighbor_graph(graph, {.self = true, .threads = options.threads});
   isomap_result result;
   const auto component = components_in(both_ways, result.components);

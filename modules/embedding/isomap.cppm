@@ -37,7 +37,7 @@ export template <PointsSource P>
   const auto view = points_in(points);
   if (view.empty()) return {};
   expects(view.size() <= most_isomap_points,
-          "isomap: there are too many points for all distances; take a sample");
+          "isomap: there are too many points for a matrix of all distances; take a sample");
   const kd_tree tree{view, {.threads = options.threads}};
   return isomap(find_neighborhoods(tree, view, spec, {options.threads, {{}, options.monitor.stop}}),
                 options);

@@ -26,7 +26,7 @@ void expect_distances(const Eigen::MatrixXd& d) {
   for (index_t j = 0; j < d.cols(); ++j)
     for (index_t i = 0; i < j; ++i)
       expects(std::abs(d(i, j) - d(j, i)) <= rounding * largest,
-              "multidimensional_scaling: the distances must be the same both ways");
+              "multidimensional_scaling: the distances must be symmetric");
 }
 
 void expect_sensible(const embedding_options& options) {

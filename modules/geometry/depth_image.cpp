@@ -93,7 +93,7 @@ point_matrix<S, 3> organized_normals(const point_matrix<S, 3>& points,
                                      const pinhole_camera<S>& camera, const execution& how) {
   expects(camera.width >= 0 && camera.height >= 0 &&
               points.cols() == index_t{camera.width} * camera.height,
-          "organized_normals: there must be one point a pixel");
+          "organized_normals: there must be one point per pixel");
   point_matrix<S, 3> normals = point_matrix<S, 3>::Zero(3, points.cols());
   const index_t w = camera.width, h = camera.height;
   const point_vector<S, 3> eye = camera.to_world.translation();

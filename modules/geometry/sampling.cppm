@@ -17,8 +17,8 @@ export [[nodiscard]] index_list uniform_indices(index_t size, index_t count);
 
 /// Options of `farthest_point_sample`.
 export struct farthest_point_options {
-  index_t first =
-      0;  ///< The index of the point to begin with; if it is not finite, the next one that is.
+  /// The index of the point to begin with; if it is not finite, the next one that is.
+  index_t first = 0;
   int threads = 0;
   task_monitor monitor = {};
 };

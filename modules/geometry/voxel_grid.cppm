@@ -179,7 +179,7 @@ class voxel_grid {
   /// cell was left out. Throws `invalid_input` for an index that is out of range.
   [[nodiscard]] std::optional<index_t> find(std::integral auto i) const {
     expects(std::cmp_greater_equal(i, 0) && std::cmp_less(i, points_.size()),
-            "voxel_grid: there is no such point");
+            "voxel_grid: the index of the point is out of range");
     return find(points_[static_cast<index_t>(i)]);
   }
 

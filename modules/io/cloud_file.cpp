@@ -56,7 +56,7 @@ point_cloud<S, D> read_rows(const std::filesystem::path& path, const read_option
   if (rows.cols() < D || rows.cols() > 4096 ||
       rows.rows() > std::numeric_limits<std::int32_t>::max())
     throw io_error{path, "each row must hold the " + std::to_string(D) +
-                             " coordinates of a point, or more, and the array is of " +
+                             " coordinates of a point, or more, but the array is " +
                              std::to_string(rows.rows()) + " x " + std::to_string(rows.cols())};
   const auto fields = usual_fields<D>(rows.cols(), detail::number::float64);
   cloud_builder<S, D> builder{fields, options.origin};
@@ -143,7 +143,7 @@ void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& pa
       break;
   }
   throw invalid_input{"write_cloud: \"" + path.string() +
-                      "\" is of a kind that is only read: clouds are written to " +
+                      "\" has a format that can only be read; clouds are written to " +
                       known_cloud_files()};
 }
 

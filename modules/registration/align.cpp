@@ -42,7 +42,7 @@ icp_result<T> align_scales(
   const std::vector<align_scale> scales =
       options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
   expects(options.scales.empty() || options.max_distance == std::numeric_limits<double>::infinity(),
-          "align: there are .scales, which have a max_distance each, and .max_distance");
+          "align: .max_distance must be left out if there are .scales, which have one each");
   for (std::size_t k = 0; k < scales.size(); ++k) {
     expect_between(0, scales[k].voxel, std::numeric_limits<double>::max(),
                    "align: the voxel of a scale");

@@ -53,8 +53,8 @@ export struct align_options {
   /// Neighbourhoods for estimating normals, where the metric needs them and the input has none.
   neighborhood_spec normals = knn{10};
   robust_kernel robust = {};  ///< A robust weight of the residuals, such as `huber{0.01}`.
-  bool reciprocal =
-      false;  ///< Whether only pairs are kept in which each point is the other's nearest.
+  /// Whether only pairs are kept in which each point is the other's nearest.
+  bool reciprocal = false;
   sides one_to_one = sides::none;  ///< Sides on which each point is kept in its closest pair only.
   double fraction = 1;             ///< The share of the closest pairs that is kept, in (0, 1].
   truncated_solver solver = {};    ///< Decides which directions count as determined.

@@ -18,8 +18,8 @@ export struct transform_change {
 /// How well a source lies on a target under a transform, and how well the pairs determine that
 /// transform.
 export struct alignment_fit {
-  index_t pairs =
-      0;  ///< The number of pairs, of all searches together if each term of a metric has its own.
+  /// The number of pairs, of all searches together if each term of a metric has its own.
+  index_t pairs = 0;
   /// The share of the finite source points that have a partner.
   double overlap = 0;
   /// Root mean square of the distances between the points of the pairs, unweighted.

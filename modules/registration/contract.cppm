@@ -72,7 +72,7 @@ export template <class S, PointsSource A, PointsSource B, class T>
 /// Whether two maps move points of D dimensions alike; true if they are not maps of such points.
 template <int D, class M>
 [[nodiscard]] bool moves_alike(const M& a, const M& b) {
-  // What is converted to another number of coordinates is no map of them.
+  // A map that converts points to another number of coordinates is not a map of such points.
   if constexpr (requires(index_t i, const point_vector<typename M::Scalar, D>& p) {
                   requires std::remove_cvref_t<decltype(a(i, p))>::RowsAtCompileTime == D;
                 }) {

@@ -29,8 +29,8 @@ export enum class sides { none, source, target, both };
 /// Which pairs a search returns. The numbered rules apply in this order, and in the same way for
 /// all directions.
 export struct correspondence_options {
-  search_direction direction =
-      search_direction::source_to_target;  ///< Which points look for a partner.
+  /// Which points look for a partner.
+  search_direction direction = search_direction::source_to_target;
   /// 1. Pairs farther apart than this are dropped; in the units of the distance, not squared.
   double max_distance = std::numeric_limits<double>::infinity();
   /// 2. Whether only pairs are kept in which each point is the other's nearest, so that both

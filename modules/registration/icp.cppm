@@ -12,9 +12,9 @@ export enum class icp_status {
   converged,        ///< The tolerance was met, and the pairs determine enough of the transform.
   iteration_limit,  ///< The transform was still changing after the last iteration.
   too_few_pairs,    ///< There were too few pairs to go by, for example without any overlap.
-  degenerate,  ///< The tolerance was met, but the pairs do not determine the transform along some
-               ///< directions.
-  cancelled,   ///< A stop was requested.
+  /// The tolerance was met, but the pairs do not determine the transform along some directions.
+  degenerate,
+  cancelled,  ///< A stop was requested.
 };
 export [[nodiscard]] std::string_view to_string(icp_status status);
 export std::ostream& operator<<(std::ostream& out, icp_status status);
@@ -25,8 +25,8 @@ struct icp_iteration {
   int number;               ///< Counted from 1.
   const T& transform;       ///< After the iteration.
   transform_change change;  ///< How far the iteration moved the transform.
-  const alignment_fit&
-      fit;  ///< Of the transform before the iteration, with the pairs that it used.
+  /// Of the transform before the iteration, with the pairs that it used.
+  const alignment_fit& fit;
 };
 
 /// When `icp` stops: at the first of these conditions that is met.

@@ -271,8 +271,7 @@ export template <PointsSource P, CoordinateMetric<scalar_of<P>> M>
     const S sum = between(i, j), other = between(j, random.below(view.size()));
     violations.expect(sum >= 0, "a sum is negative or NaN");
     violations.expect(between(i, i) == 0, "a point is not at distance 0 from itself");
-    violations.expect(sum == between(j, i),
-                      "the distance from one point to another is not that back");
+    violations.expect(sum == between(j, i), "the distance from a to b is not that from b to a");
     if (other >= 0 && sum >= 0)
       violations.expect((metric.distance(sum) <= metric.distance(other)) == (sum <= other) ||
                             metric.distance(sum) == metric.distance(other),

@@ -106,8 +106,8 @@ close_points(P&&, Rest&&...) -> close_points<scalar_of<P>, dimension_of<P>>;
 
 /// Options of `similar_normals`.
 export struct similar_normals_options {
-  bool ignore_sign =
-      false;  ///< Whether n and −n count as the same, for normals that are not oriented.
+  /// Whether n and −n count as the same, for normals that are not oriented.
+  bool ignore_sign = false;
 };
 
 /// Unit normals are similar if at most `max_angle` apart, in radians. Identical normals always are;

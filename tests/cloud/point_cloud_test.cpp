@@ -236,7 +236,7 @@ TEST_CASE("attributes are found by name and type") {
   CHECK_THROWS_WITH_AS((void)cloud.attribute_as<float>("none"),
                        "the cloud has no attribute \"none\"", invalid_input);
   CHECK_THROWS_WITH_AS((void)cloud.attribute_as<float>("label"),
-                       "the attribute \"label\" holds int32, and float was asked for",
+                       "the attribute \"label\" holds int32, and float was requested",
                        invalid_input);
   CHECK_THROWS_AS(cloud.set_attribute("label", std::vector<float>(2)), invalid_input);
   CHECK(cloud.attribute_as<std::int32_t>("label").size() == 3);

@@ -145,5 +145,5 @@ TEST_CASE("a similarity function is tested on what its concept says") {
   CHECK(check_similarity_function(close_points{points, 0.3}, graph).empty());
   const auto lopsided = [](index_t i, index_t j, double) { return i < j; };
   CHECK(check_similarity_function(lopsided, graph) ==
-        std::vector<std::string>{"the answer is not the same both ways"});
+        std::vector<std::string>{"the answer for (i, j) is not that for (j, i)"});
 }

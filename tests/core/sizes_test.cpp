@@ -34,8 +34,8 @@ TEST_CASE_TEMPLATE(
   const Eigen::VectorX<S> three = fixed, two = three.head(2), none;
   CHECK(size_of<S, 3>(three) == 3);
   CHECK(point_ref<S, 3>{2 * fixed + fixed} == 3 * fixed);
-  CHECK_THROWS_WITH_AS((void)(size_of<S, 3>(two)),
-                       "a point has 2 coordinates where 3 are asked for", invalid_input);
+  CHECK_THROWS_WITH_AS((void)(size_of<S, 3>(two)), "a point has 2 coordinates, and 3 are expected",
+                       invalid_input);
   CHECK_THROWS_AS((void)(size_of<S, 3>(none)), invalid_input);
   CHECK(size_of<S, dynamic>(two) == 2);
 }

@@ -279,7 +279,7 @@ TEST_CASE("attributes are set from any numbers, and read as any type that holds 
   CHECK(message_of([&] { (void)cloud.attribute_to<int>("weight"); }) ==
         "the attribute \"weight\" has the value 0.5, which int32 cannot hold");
   CHECK(message_of([&] { (void)cloud.attribute_as<float>("label"); }) ==
-        "the attribute \"label\" holds int32, and float was asked for");
+        "the attribute \"label\" holds int32, and float was requested");
   std::ostringstream out;
   out << cloud;
   CHECK(out.str() == "3 points in 3D, label (int32), weight (float), mask (uint8)");

@@ -79,7 +79,7 @@ TEST_CASE("a picture is written as a PNG file, and is no depth image") {
   write_png(image<rgb>(5, 4, {255, 128, 0}), folder / "picture.png");
   CHECK(test::read_file(folder / "picture.png").starts_with("\x89PNG\r\n"));
   CHECK(failure(folder / "picture.png")
-            .ends_with("is no depth image: it does not have one channel of 16 bits"));
+            .ends_with("is not a depth image: it does not have one channel of 16 bits"));
 }
 
 TEST_CASE("a depth image cut off anywhere is refused") {

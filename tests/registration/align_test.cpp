@@ -228,7 +228,7 @@ TEST_CASE("what does not fit together is refused in a sentence") {
   CHECK_THROWS_AS((void)align(odd, target), invalid_input);
   CHECK_THROWS_AS((nearest_neighbor_searcher{source, odd}), invalid_input);
   CHECK_THROWS_WITH_AS((void)(oriented_points_view{target.points, odd.normals}),
-                       "oriented_points_view: there must be one normal a point, or none",
+                       "oriented_points_view: there must be one normal per point, or none",
                        invalid_input);
   CHECK_THROWS_WITH_AS(
       (least_squares_estimator{source.points, target.points}),

@@ -113,7 +113,7 @@ TEST_CASE("the shipped motions do what a motion promises, in every dimension") {
 
 TEST_CASE("a motion that breaks its promise is told so") {
   CHECK(mentions(check_motion_model(turned_translation{}, 3), "velocity"));
-  CHECK(mentions(check_motion_model(rotation_only{}, 3), "translation is no motion"));
+  CHECK(mentions(check_motion_model(rotation_only{}, 3), "translation is not a motion"));
 }
 
 TEST_CASE_TEMPLATE("the shipped residuals have the gradients that they say", T,
@@ -153,12 +153,12 @@ TEST_CASE("estimators keep what they promise, with and without pairs") {
             .empty());
   const auto violations = check_transform_estimator(inventive_estimator{}, start, pairs);
   CHECK(mentions(violations, "without pairs, the transform changes"));
-  CHECK(mentions(violations, "overlap is not a share"));
+  CHECK(mentions(violations, "overlap is not from 0 to 1"));
 }
 
 TEST_CASE("a feature that is longer than it should be is told so") {
   CHECK(mentions(check_feature_space(long_feature{}, Eigen::Isometry3d::Identity()),
-                 "more is written"));
+                 "more scalars are written"));
 }
 
 // How much a residual changes with each unknown, against what really changes.

@@ -237,7 +237,7 @@ TEST_CASE("a field of other points, or without the normals that are asked for, i
   refuses(feature_searcher{joint_features{source, target, {.normals = 1}}}, wave{0.1});
   CHECK(found_by(feature_searcher{joint_features{source, target, {}}}, wave{0.1}).size() == 40);
   CHECK_THROWS_WITH_AS((void)moved_points(short_field, source),
-                       "moved_points: the map moves 39 points, and there are 40", invalid_input);
+                       "moved_points: the map moves 39 points, but there are 40", invalid_input);
 }
 
 TEST_CASE("a metric sees pairs under an affine map as the estimator does") {

@@ -126,10 +126,10 @@ TEST_CASE("every broken rule of the contract is noticed and named") {
   };
   using fault = faulty::fault;
   CHECK(violations_of(fault::none) == "");
-  CHECK(names(fault::keeps_old, "two searches for the same give different results"));
-  CHECK(names(fault::squared, "a distance is not that of its point"));
+  CHECK(names(fault::keeps_old, "two searches with the same arguments give different results"));
+  CHECK(names(fault::squared, "a distance is not the distance to its point"));
   CHECK(names(fault::exclusive, "radius{0}: there are too few neighbors"));
-  CHECK(names(fault::misses_last, "these are not the nearest points"));
+  CHECK(names(fault::misses_last, "the neighbors are not the nearest points"));
   CHECK(names(fault::misses_last, "there are too few neighbors"));
   CHECK(names(fault::unsorted, "not in ascending order"));
   CHECK(names(fault::ignores_k, "there are too many neighbors"));
@@ -147,12 +147,12 @@ TEST_CASE("every broken rule of answering many queries at once is noticed and na
   };
   using enum visiting::fault;
   CHECK(violations(check_neighbor_searcher(visiting{brute_force_searcher{points}}, points)) == "");
-  CHECK(names(twice, "visit_all does not visit a query once"));
-  CHECK(names(lets_out, "visit_all does not visit a query once"));
+  CHECK(names(twice, "visit_all does not visit each wanted query exactly once"));
+  CHECK(names(lets_out, "visit_all does not visit each wanted query exactly once"));
   CHECK(names(unwanted, "visit_all visits a query that is not wanted"));
   CHECK(names(forgets, "visit_all and find give different results"));
   CHECK(names(descending, "visit_all and find give different results"));
-  CHECK(names(none_of_these, "visit_all visits no query of these"));
+  CHECK(names(none_of_these, "visit_all visits a query that was not given"));
   for (const auto how : {twice, none_of_these}) {
     const visiting searcher{brute_force_searcher{points}, how};
     CHECK_THROWS_AS((void)find_neighborhoods(searcher, points, knn{3}), invalid_input);

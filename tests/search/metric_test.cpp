@@ -252,7 +252,7 @@ TEST_CASE("the shipped metrics keep their contract, and a broken rule is named")
     return false;
   };
   CHECK(names(faulty::fault::negative, "a sum is negative"));
-  CHECK(names(faulty::fault::one_way, "not the same both ways"));
+  CHECK(names(faulty::fault::one_way, "the distance from a to b is not that from b to a"));
   CHECK(names(faulty::fault::no_inverse, "not the inverse"));
-  CHECK(names(faulty::fault::shrinking, "these are not the nearest points"));
+  CHECK(names(faulty::fault::shrinking, "the neighbors are not the nearest points"));
 }

@@ -11,17 +11,17 @@
 
 namespace cilantro::detail {
 
-/// Beyond so many centres, a tree of them is faster than a look at all.
+/// With more centres than this, a tree of them is faster than comparing with all.
 inline constexpr std::ptrdiff_t most_centers = 512;
 
-/// Coordinates of centres in rows, filled up to whole vectors with infinity.
+/// Coordinates of centres in rows, padded to whole vectors with infinity.
 template <class S>
 struct center_rows {
   const S* rows;
   std::ptrdiff_t row_stride;
   std::ptrdiff_t count;
 };
-/// To so many a row is filled up.
+/// Rows are padded to a multiple of this.
 inline constexpr std::ptrdiff_t center_row_unit = 16;
 
 /// Of the points with the given indices, which are `stride` scalars apart: the nearest centre, of

@@ -43,7 +43,7 @@ class cloud_builder {
 
   /// x, y (and z) become the points, nx or normal_x and so on the normals, red or r and so on, as 8
   /// bits or as floating numbers, the colours; rgb and rgba, of 32 bits, colours, too, if they are
-  /// packed. Capital letters do as well. Every other column becomes an attribute.
+  /// packed. Case does not matter. Every other column becomes an attribute.
   cloud_builder(std::vector<file_field> fields, origin_policy origin, style how = style::plain);
 
   [[nodiscard]] bool has_points() const { return has_points_; }

@@ -195,7 +195,7 @@ image<std::uint16_t> read_depth_png(const std::filesystem::path& path) {
   return read_image<std::uint16_t>(path, read_png_rows, [&](const png_reader& reader) {
     if (png_get_bit_depth(reader.png, reader.info) != 16 ||
         png_get_color_type(reader.png, reader.info) != PNG_COLOR_TYPE_GRAY)
-      throw io_error{path, "is no depth image: it does not have one channel of 16 bits"};
+      throw io_error{path, "is not a depth image: it does not have one channel of 16 bits"};
   });
 }
 

@@ -32,7 +32,7 @@ Eigen::MatrixXd skew(const Eigen::VectorXd& unknowns, index_t d) {
 
 motion_step rigid_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
   expects(unknowns.size() == rigid_motion::unknowns(d),
-          "rigid_motion: there must be as many unknowns as the dimension asks for");
+          "rigid_motion: the number of unknowns is not that of the dimension");
   const auto identity = Eigen::MatrixXd::Identity(d, d);
   const Eigen::MatrixXd half = skew(unknowns, d) / 2;
   // y' − y = A (y + y') / 2 + v. The matrix can always be inverted, since A is skew.
@@ -46,7 +46,7 @@ motion_step rigid_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
 
 motion_step affine_motion::step(const Eigen::VectorXd& unknowns, index_t d) {
   expects(unknowns.size() == affine_motion::unknowns(d),
-          "affine_motion: there must be as many unknowns as the dimension asks for");
+          "affine_motion: the number of unknowns is not that of the dimension");
   return {
       Eigen::MatrixXd::Identity(d, d) + Eigen::Map<const Eigen::MatrixXd>{unknowns.data(), d, d},
       unknowns.tail(d)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Everything. `import cilantro;` and the areas below are all there.
+// The whole library: `import cilantro;` imports all modules below.
 export module cilantro;
 
 export import cilantro.eigen;

@@ -29,7 +29,7 @@ export struct attribute {
 /// The name of the type of the values, such as "uint8" or "float".
 export [[nodiscard]] std::string_view type_name(const attribute_values& values);
 
-/// The fixed-width type that holds a T.
+/// The fixed-width type in which values of type T are stored.
 template <class T>
 struct kept_type {
   using type = T;

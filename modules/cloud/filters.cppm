@@ -216,7 +216,7 @@ struct points_in_region {
   }
 };
 
-/// A region for points of some dimension: see `Region`.
+/// A `Region` for points of at least one dimension.
 template <class R>
 concept SomeRegion = Region<R, 2> || Region<R, 3> || Region<R, dynamic>;
 

@@ -218,8 +218,8 @@ void expect_consistent(const point_cloud<S, D>& cloud, const char* who) {
           std::string{who} + ": the origin of the cloud must be finite, of the points' dimension");
 }
 
-// Clouds of closed dimensions are compiled in the library, so that a pipeline costs its author
-// little; so are the functions on them.
+// Clouds of closed dimensions, and the functions on them, are compiled in the library, so that user
+// code compiles fast.
 #define CILANTRO_COMPILED_ELSEWHERE(S, D)                                              \
   extern template struct point_cloud<S, D>;                                            \
   extern template bool operator==(const point_cloud<S, D>&, const point_cloud<S, D>&); \

@@ -13,7 +13,7 @@ export struct stage_report {
   std::string name;
   index_t points_in = 0;        ///< Points before the stage.
   index_t points_out = 0;       ///< Points after it.
-  index_t invalid_dropped = 0;  ///< Non-finite points that came in and did not go out.
+  index_t invalid_dropped = 0;  ///< Non-finite points that the stage has removed.
   double milliseconds = 0;      ///< Wall time, without the time for reporting.
 };
 

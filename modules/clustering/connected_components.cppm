@@ -35,7 +35,7 @@ clusters components_of(disjoint_sets& sets, std::span<const std::uint8_t> belong
                        const components_options& options);
 
 /// Joins node i with those of its neighbours that are similar to it and not yet in its set, so that
-/// most pairs of a smooth surface cost two reads and no comparison.
+/// most pairs on a smooth surface cost two reads and no comparison.
 template <Scalar S, class Near, class F>
 void join_similar(disjoint_sets& sets, index_t i, const Near& near, const F& similar) {
   index_t root = sets.find(i);
@@ -129,7 +129,7 @@ export template <PointsSource P, SimilarityFunction<scalar_of<P>> F = always_sim
   const auto view = points_in(points);
   if (view.empty()) return {};
   expect_sensible(options, view.size());
-  // The tree is gone before the components are.
+  // The tree is freed before the components are made.
   auto joined =
       join_neighbors(kd_tree{view, {.threads = options.threads}}, view, spec, similar, options);
   return components_of(joined.sets, joined.belongs, options);

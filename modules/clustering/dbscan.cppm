@@ -31,8 +31,9 @@ export struct dbscan_result : clusters {
 /// comes first). All other points, and those that are not finite, are noise, in no cluster. The
 /// same for any number of threads. Two searches per point; memory is O(N), since no neighbourhoods
 /// are kept. Throws `invalid_input` for `min_points` below 1, and if searcher and points differ in
-/// size; `cancelled`. Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for
-/// discovering clusters"; the components are those of definition 5.
+/// size; `cancelled`.
+/// Source: Ester, Kriegel, Sander & Xu 1996, "A density-based algorithm for discovering clusters";
+/// the components are those of definition 5.
 export template <NeighborSearcher T, PointsSource P>
 [[nodiscard]] dbscan_result dbscan(const T& searcher, const P& points,
                                    const dbscan_options& options) {

@@ -38,9 +38,9 @@ export struct hdbscan_result : clusters {
 /// itself, as searches find it; a point without neighbours is noise. The result does not depend on
 /// the order of the points. O(E log E), 32 bytes per edge. Throws `invalid_input` for a neighbour
 /// that is not a node, for a distance that is negative or NaN, for `min_points` below 1, and for
-/// `min_cluster_size` below 2. Source: Campello, Moulavi, Zimek & Sander 2015, "Hierarchical
-/// density estimates for data clustering", algorithms 1 and 3; the condensed tree of McInnes &
-/// Healy 2017.
+/// `min_cluster_size` below 2.
+/// Source: Campello, Moulavi, Zimek & Sander 2015, "Hierarchical density estimates for data
+/// clustering", algorithms 1 and 3; the condensed tree of McInnes & Healy 2017.
 export template <Scalar S>
 [[nodiscard]] hdbscan_result hdbscan(const neighborhoods<S>& graph,
                                      const hdbscan_options& options = {});

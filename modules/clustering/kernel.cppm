@@ -7,9 +7,9 @@ namespace cilantro {
 
 /// The weight of a point at a distance of u bandwidths: finite, not negative, and not increasing
 /// with u. Its member `support` is a number of bandwidths beyond which it is 0, so that points
-/// farther away need not be looked at. Pure, and called from several threads at once. Models:
-/// `flat_kernel`, `epanechnikov_kernel`, `gaussian_kernel`; with `custom_kernel`, any lambda.
-/// `check_kernel` tests yours.
+/// farther away need not be looked at. Pure, and called from several threads at once.
+/// Models: `flat_kernel`, `epanechnikov_kernel`, `gaussian_kernel`; with `custom_kernel`, any
+/// lambda. `check_kernel` tests yours.
 export template <class K>
 concept Kernel = requires(const K& kernel, double u) {
   { kernel(u) } -> std::convertible_to<double>;

@@ -86,10 +86,10 @@ template <CoordinateMetric M, PointsSource P>
 /// not finite are in no cluster. The same for any number of threads. O(N log k) per iteration in
 /// low dimension, less when centres move little; memory is about 40 bytes per point in float.
 /// Throws `invalid_input` unless there are k finite points and k is at least 1, and for options
-/// that are negative; `cancelled`. Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++";
-/// the bounds are those of Hamerly 2010, "Making k-means even faster". The two nearest centres come
-/// from a look at all of them, many points at a time, or from a kd-tree where there are many
-/// centres.
+/// that are negative; `cancelled`.
+/// Source: Lloyd 1982; Arthur & Vassilvitskii 2007, "k-means++"; the bounds are those of Hamerly
+/// 2010, "Making k-means even faster". The two nearest centres come from a look at all of them,
+/// many points at a time, or from a kd-tree where there are many centres.
 export template <PointsSource P>
 [[nodiscard]] auto kmeans(const P& points, index_t k, const kmeans_options& options = {}) {
   return kmeans_by<euclidean>(points, k, {}, options);

@@ -34,7 +34,7 @@ struct mean_shift_result : clusters {
 template <Scalar S, int D>
 struct shifted_seeds {
   point_matrix<S, D> places;
-  std::vector<double> densities;  ///< 0 if there is no point around.
+  std::vector<double> densities;  ///< 0 if there is no point near the seed.
   std::vector<index_t> moving;
 };
 
@@ -46,8 +46,8 @@ struct kernel_sum {
   double density = 0;
 };
 
-/// Moves each seed to the weighted mean of the points around it, again and again. `sum_around(
-/// places, f)` calls `f(k, sum)` for those of some places that have points around them.
+/// Moves each seed to the weighted mean of the points around it, repeatedly. `sum_around(places,
+/// f)` calls `f(k, sum)` for each place k that has points around it.
 template <Scalar S, int D, class SumAround>
 [[nodiscard]] shifted_seeds<S, D> shift_seeds(points_view<S, D> seeds, double bandwidth,
                                               const mean_shift_options& options,
@@ -88,7 +88,7 @@ template <Scalar S, int D, class SumAround>
 }
 
 /// The sums around places: of neighbours in blocks, in the order in which they are found, or, for a
-/// kernel without an end, of all points.
+/// kernel with infinite support, of all points.
 template <Scalar S, int D, Kernel K>
 [[nodiscard]] auto kernel_sums(const kd_tree<S, D>& tree, points_view<S, D> points,
                                double bandwidth, const K& kernel,
@@ -132,7 +132,8 @@ template <Scalar S, int D, Kernel K>
   };
 }
 
-/// What the seeds have found, merged: which of `modes` each seed has reached, −1 for none.
+/// The modes that the seeds have found, merged, and which of `modes` each seed has reached, −1 for
+/// none.
 template <Scalar S, int D>
 struct merged_modes {
   std::vector<clusters::label> reached;
@@ -184,9 +185,9 @@ template <Scalar S, int D, Kernel K>
 /// points, and lets each point climb to a mode of it: points that reach the same mode form a
 /// cluster. The number of clusters need not be known. Points that are not finite are in no cluster.
 /// The same for any number of threads. O(N · iterations · neighbours). Throws `invalid_input` for
-/// options that are negative; `cancelled`. Source: Fukunaga & Hostetler 1975; Comaniciu & Meer
-/// 2002, "Mean shift: a robust approach toward feature space analysis", equation 20, of which the
-/// kernel here is G.
+/// options that are negative; `cancelled`.
+/// Source: Fukunaga & Hostetler 1975; Comaniciu & Meer 2002, "Mean shift: a robust approach toward
+/// feature space analysis", equation 20, of which the kernel here is G.
 export template <PointsSource P, Kernel K = gaussian_kernel>
 [[nodiscard]] auto mean_shift(const P& points, positive bandwidth, const K& kernel = {},
                               const mean_shift_options& options = {}) {

@@ -13,7 +13,8 @@ namespace cilantro {
 export enum class laplacian {
   unnormalized,  ///< D − W: favours clusters of similar size.
   symmetric,     ///< I − D^−½ W D^−½; each point of the embedding is scaled to unit length.
-  random_walk,   ///< I − D⁻¹ W: clusters that a random walk seldom leaves. Usually the best.
+  /// I − D⁻¹ W: finds clusters that a random walk seldom leaves. Usually the best choice.
+  random_walk,
 };
 
 /// Options of `spectral_clustering`.
@@ -39,8 +40,9 @@ export struct spectral_result : clusters {
   /// One column per point, whose coordinates k-means has clustered; no columns if the components of
   /// the graph are the clusters.
   Eigen::MatrixXd embedding;
-  index_t components = 0;  ///< Of the graph: the multiplicity of the eigenvalue 0.
-  /// False if the eigensolver gave up: then no point is in a cluster.
+  /// Connected components of the graph: the multiplicity of the eigenvalue 0.
+  index_t components = 0;
+  /// False if the eigensolver did not converge: then no point is in a cluster.
   bool converged = true;
 };
 

@@ -55,7 +55,8 @@ export template <ModelFamily F>
                           "residuals() and residual() give different results");
     }
     if constexpr (ScoresModels<F>) {
-      // Between two residuals that are clearly apart, so that rounding decides nothing.
+      // The limit lies between two residuals that are clearly apart, so that rounding does not
+      // matter.
       auto sorted = residuals;
       std::erase_if(sorted, [](double r) { return std::isnan(r); });
       std::ranges::sort(sorted);

@@ -17,8 +17,8 @@ namespace cilantro {
 /// with `residuals(model, first, out)`, which fills a `std::span<scalar>` with the residuals of
 /// consecutive data from `first` on, and replaces `residual`; and `score(models, first, count,
 /// scoring, sums)`, which adds to each entry of a `std::span<data_score>` the score of `count` data
-/// from `first` on for one of up to `models_at_a_time` models, and replaces both. Models:
-/// `hyperplane_family`, `line_family`, `sphere_family`, `circle_family`, `cylinder_family`,
+/// from `first` on for one of up to `models_at_a_time` models, and replaces both.
+/// Models: `hyperplane_family`, `line_family`, `sphere_family`, `circle_family`, `cylinder_family`,
 /// `transform_family`; `check_model_family` tests yours.
 export template <class F>
 concept ModelFamily =
@@ -56,7 +56,7 @@ export struct residual_scoring {
 /// The most models for which `score` is called at once.
 export inline constexpr index_t models_at_a_time = 8;
 
-/// A family that looks at several models at once.
+/// A family that scores several models at once.
 template <class F>
 concept ScoresModels =
     requires(const F& family, std::span<const typename F::model_type> models, index_t i,
@@ -110,16 +110,17 @@ struct residual_scalar<F> {
   using type = typename F::scalar;
 };
 
-/// A scoring in the arithmetic of the residuals.
+/// A scoring converted to the scalar of the residuals.
 template <Scalar S>
 struct scoring_limits {
-  S largest;  ///< Those up to it are at most the limit: comparing in S is comparing in double.
-  S scale;    ///< Inliers count 1 − scale · residual²; 0 where they all count alike.
+  /// The largest S that is at most the limit, so that comparing in S is the same as in double.
+  S largest;
+  S scale;  ///< Inliers count 1 − scale · residual²; 0 where they all count alike.
 };
 template <Scalar S>
 scoring_limits<S> limits_of(const residual_scoring& scoring);
 
-/// What residuals count; `scoring.active` is of as many data.
+/// The score of residuals; `scoring.active` has as many entries, or none.
 template <Scalar S>
 data_score score_of(std::span<const S> residuals, const residual_scoring& scoring);
 void expect_sensible(const ransac_options& options);
@@ -130,11 +131,11 @@ bool is_hopeless(double share, double best, index_t count);
 
 /// How many data are scored before checking again whether a model can still win.
 inline constexpr index_t score_block_size = 1024;
-/// Samples that are tried ahead of a decision, at most and at first.
+/// How many samples are tried before the next decision: at most, and at first.
 inline constexpr index_t most_samples_ahead = 32, least_samples_ahead = 4;
 /// While models are still compared, fits to large data use only this many blocks, evenly spread.
 inline constexpr index_t most_blocks_fitted = 32;
-/// Fits of a model to its inliers, one after another.
+/// The most fits of a model to its inliers, one after another.
 inline constexpr int most_refits = 10;
 
 /// The search among the data of a family that are still active.
@@ -178,7 +179,7 @@ class ransac_search {
                            : std::span{active_}.subspan(static_cast<std::size_t>(first), count);
   }
 
-  /// Adds what a block of data counts for each model.
+  /// Adds the score of a block of data for each model.
   void score_block(std::span<const model_type> models, index_t first, index_t count,
                    std::span<data_score> sums) const {
     const residual_scoring all{options_.max_residual, options_.score, active_};
@@ -196,7 +197,7 @@ class ransac_search {
       }
     }
   }
-  /// The scores of some models; less than the whole of those that cannot be above `bound`.
+  /// The scores of some models; incomplete for models whose score cannot exceed `bound`.
   [[nodiscard]] std::array<data_score, models_at_a_time> score(std::vector<model_type> models,
                                                                double bound) const {
     std::array<data_score, models_at_a_time> all, sums;
@@ -220,7 +221,7 @@ class ransac_search {
   [[nodiscard]] data_score score(const model_type& model, double bound) const {
     return score(std::vector{model}, bound)[0];
   }
-  /// In every `step`-th block of data.
+  /// The inliers in every `step`-th block of data.
   [[nodiscard]] index_list inliers(const model_type& model, index_t step = 1) const {
     index_list found;
     std::array<scalar, score_block_size> room;
@@ -257,7 +258,7 @@ class ransac_search {
   index_list preview_ = {};           ///< Data that models are first tried on.
 };
 
-/// The model of a sample, unless it is given up already.
+/// The model of a sample, unless the preview rejects it.
 template <ModelFamily F>
 auto ransac_search<F>::draw(std::uint64_t round, index_t iteration, const candidate& best) const
     -> std::optional<model_type> {
@@ -379,9 +380,10 @@ auto ransac_search<F>::find(std::uint64_t round) -> std::optional<ransac_result<
 /// Random sample consensus: fits models to random samples, and returns the one that most of the
 /// data agree with. Nothing if no model has enough inliers, or there are fewer data than a sample
 /// needs. The result is the same for any number of threads. Throws `invalid_input` for options that
-/// make no sense; `cancelled`. O(samples · N). Source: Fischler & Bolles 1981, "Random sample
-/// consensus"; the score is that of Torr & Zisserman 2000, "MLESAC"; the local optimisation that of
-/// Chum, Matas & Kittler 2003, "Locally optimized RANSAC", in its iterated form.
+/// make no sense; `cancelled`. O(samples · N).
+/// Source: Fischler & Bolles 1981, "Random sample consensus"; the score is that of Torr & Zisserman
+/// 2000, "MLESAC"; the local optimisation that of Chum, Matas & Kittler 2003, "Locally optimized
+/// RANSAC", in its iterated form.
 export template <ModelFamily F>
 [[nodiscard]] auto ransac(const F& family, const ransac_options& options)
     -> std::optional<ransac_result<typename F::model_type>> {

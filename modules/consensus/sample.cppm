@@ -18,8 +18,8 @@ template <Scalar S, int D>
 std::optional<gathered_points> gather_points(points_view<S, D> points,
                                              std::span<const std::int32_t> indices);
 
-/// Two lengths whose ratio is below this are as good as one: of coordinates in S, and of what has
-/// been computed from them.
+/// A length is negligible if its ratio to another is below this, for coordinates in S and for what
+/// is computed from them.
 template <Scalar S>
 inline constexpr double negligible_ratio = 16 * double(std::numeric_limits<S>::epsilon());
 

@@ -17,8 +17,8 @@ export inline void expect_angle(double angle, const char* what) {
 
 /// The angle between two vectors of any length and dimension, in radians, in [0, π]. Exactly 0
 /// between a vector and itself, and accurate for small angles, where an arc cosine is not. NaN for
-/// a zero vector. Throws `invalid_input` for vectors of different dimension. Source: Kahan 2006,
-/// "How futile are mindless assessments of roundoff", section 12.
+/// a zero vector. Throws `invalid_input` for vectors of different dimension.
+/// Source: Kahan 2006, "How futile are mindless assessments of roundoff", section 12.
 export template <class A, class B>
 [[nodiscard]] typename A::Scalar angle_between(const Eigen::MatrixBase<A>& a,
                                                const Eigen::MatrixBase<B>& b) {

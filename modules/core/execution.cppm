@@ -5,7 +5,7 @@ import cilantro.standard;
 
 namespace cilantro {
 
-/// Watches a long call and can stop it. Costs nothing while both members are empty.
+/// Watches a long call and can stop it. Costs nothing if both members are empty.
 export struct task_monitor {
   /// Called from time to time with the share of the work that is done, increasing to 1, and only on
   /// the calling thread.

@@ -62,7 +62,8 @@ class image {
 /// A read-only picture of `width` × `height` pixels in memory that it does not own, row by row from
 /// the top left; a range of its rows, as `image` is. Made from an `image`, a row-major Eigen
 /// matrix, or a pointer, such as to the data of an OpenCV matrix:
-/// `image_view{m.ptr<std::uint16_t>(), m.cols, m.rows, m.step1()}`. Valid while that memory is.
+/// `image_view{m.ptr<std::uint16_t>(), m.cols, m.rows, m.step1()}`. Valid as long as that memory
+/// is.
 export template <class T>
 class image_view {
  public:

@@ -12,8 +12,8 @@ namespace cilantro {
 /// are drawn.
 ///
 /// The numbers are the same with every compiler and on every machine, unlike those of the standard
-/// distributions. Also a `std::uniform_random_bit_generator`. Not for cryptography. Source:
-/// SplitMix64 (Steele, Lea & Flood 2014), started at a state mixed from seed and index.
+/// distributions. Also a `std::uniform_random_bit_generator`. Not for cryptography.
+/// Source: SplitMix64 (Steele, Lea & Flood 2014), started at a state mixed from seed and index.
 export class random_stream {
  public:
   using result_type = std::uint64_t;
@@ -64,14 +64,14 @@ export class random_stream {
 };
 
 /// `count` different indices out of [0, n), increasing; every such set is equally likely. Throws
-/// `invalid_input` unless 0 <= count <= n. O(count²) for counts up to 256, O(n) beyond. Source:
-/// Floyd's algorithm (Bentley & Floyd 1987).
+/// `invalid_input` unless 0 <= count <= n. O(count²) for counts up to 256, O(n) beyond.
+/// Source: Floyd's algorithm (Bentley & Floyd 1987).
 export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, index_t count,
                                                                  random_stream random) {
   expects(0 <= count && count <= n, "distinct_sample: count must be between 0 and n");
   std::vector<index_t> sample;
   sample.reserve(count);
-  // For the few indices of a typical sample a sorted vector beats any set.
+  // For the few indices of a typical sample, a sorted vector is faster than any set.
   if (count > 256) {
     std::vector<bool> taken(n);
     for (index_t j = n - count; j < n; ++j) {
@@ -93,8 +93,8 @@ export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, inde
   return sample;
 }
 
-/// Shuffles the elements of `range`, in place; every order is equally likely. Source: Fisher–Yates,
-/// as in Knuth's algorithm P.
+/// Shuffles the elements of `range`, in place; every order is equally likely.
+/// Source: Fisher–Yates, as in Knuth's algorithm P.
 export template <std::ranges::random_access_range R>
   requires std::permutable<std::ranges::iterator_t<R>>
 void shuffle(R&& range, random_stream random) {

@@ -150,8 +150,8 @@ struct affine_parts {
 /// The rotation nearest to a square matrix in the Frobenius norm: with determinant 1, never a
 /// reflection. Where the matrix does not determine the rotation, it turns as little as possible: a
 /// matrix of zeros gives the identity. Throws `invalid_input` for a matrix that is not square or
-/// not finite. Source: Umeyama 1991, "Least-squares estimation of transformation parameters",
-/// lemma.
+/// not finite.
+/// Source: Umeyama 1991, "Least-squares estimation of transformation parameters", lemma.
 export [[nodiscard]] Eigen::MatrixXd nearest_rotation(const Eigen::MatrixXd& linear);
 
 /// The inverse of a square matrix. Throws `invalid_input{what}` if there is none.

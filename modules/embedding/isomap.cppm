@@ -23,8 +23,9 @@ export inline constexpr index_t most_isomap_points = 50000;
 /// curved surface. If the graph has several components, only the largest is embedded (of equally
 /// large ones the first), since distances between components are unknown. Edges count in both
 /// directions. Throws as `multidimensional_scaling` and `shortest_paths` do, and `invalid_input`
-/// for more than `most_isomap_points` nodes. O(N · E log N) and 16 N² bytes. Source: Tenenbaum, de
-/// Silva & Langford 2000, "A global geometric framework for nonlinear dimensionality reduction".
+/// for more than `most_isomap_points` nodes. O(N · E log N) and 16 N² bytes.
+/// Source: Tenenbaum, de Silva & Langford 2000, "A global geometric framework for nonlinear
+/// dimensionality reduction".
 export template <Scalar S>
 [[nodiscard]] isomap_result isomap(const neighborhoods<S>& graph,
                                    const embedding_options& options = {});

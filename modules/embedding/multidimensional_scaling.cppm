@@ -38,7 +38,7 @@ export struct embedding_result {
   /// The share of the squared scalar products that the coordinates preserve: Σ λ² of the embedded
   /// eigenvalues, divided by that of all. 1 if all points are equal.
   double explained = 1;
-  /// False if the eigensolver gave up: then no point has coordinates.
+  /// False if the eigensolver did not converge: then no point has coordinates.
   bool converged = true;
 };
 

@@ -134,7 +134,7 @@ class direction_accumulator {
   /// The mean at unit length; zero if no direction is known, or if they cancel.
   [[nodiscard]] point_vector<S, D> direction() const {
     const double length = sum_.norm();
-    // Unit vectors that cancel leave their rounding behind, which is no direction.
+    // Unit vectors that cancel leave only rounding errors, which have no meaningful direction.
     if (!(length > 1e-6)) return point_vector<S, D>::Zero(sum_.size());
     return (sum_ / length).template cast<S>();
   }

@@ -49,7 +49,8 @@ Eigen::VectorX<S> closed_mahalanobis(points_view<S, D> points, const moments<S, 
 
 /// The distance of every point from the mean, in standard deviations: √((x − μ)ᵀ Σ⁻¹ (x − μ)).
 /// Infinite if x differs from the mean in a direction in which Σ has no extent; NaN for points that
-/// are not finite. Compare its square to `chi_square_quantile(p, Dim)`. Source: Mahalanobis 1936.
+/// are not finite. Compare its square to `chi_square_quantile(p, Dim)`.
+/// Source: Mahalanobis 1936.
 export template <PointsSource P>
 [[nodiscard]] auto mahalanobis_distances(const P& points,
                                          const moments<scalar_of<P>, dimension_of<P>>& of) {
@@ -63,7 +64,8 @@ export template <PointsSource P>
 /// Throws `invalid_input` unless 0 < p < 1 and `degrees_of_freedom` is at least 1. Accurate to
 /// 1e-9.
 export [[nodiscard]] double chi_square_quantile(double p, index_t degrees_of_freedom);
-/// The probability that a chi-square variable is at most x, for x >= 0.
+/// The probability that a chi-square variable is at most x, for x >= 0. Throws `invalid_input` for
+/// NaN, and unless `degrees_of_freedom` is at least 1.
 export [[nodiscard]] double chi_square_probability(double x, index_t degrees_of_freedom);
 
 /// Robust mean and covariance: those of the subset, a given share of the points, whose covariance
@@ -74,8 +76,9 @@ export [[nodiscard]] double chi_square_probability(double x, index_t degrees_of_
 /// The covariance is scaled so that it is consistent for normally distributed points. A flat or
 /// linear majority gives the singular covariance of the points on it, as it should. If there are
 /// too few points to leave any out, the result is the sample covariance. Random choices depend only
-/// on the seed and the first index. Source: Rousseeuw & Van Driessen 1999, "A fast algorithm for
-/// the minimum covariance determinant estimator"; the scale is that of Croux & Haesbroeck 1999.
+/// on the seed and the first index.
+/// Source: Rousseeuw & Van Driessen 1999, "A fast algorithm for the minimum covariance determinant
+/// estimator"; the scale is that of Croux & Haesbroeck 1999.
 export struct minimum_covariance_determinant {
   double share = 0.75;  ///< Of the finite points, in [0.5, 1].
   /// Random subsets to begin with; at a share of 0.75, a handful is enough to hit good points.

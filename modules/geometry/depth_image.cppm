@@ -10,7 +10,8 @@ namespace cilantro {
 /// Converts the value that a sensor stores in a pixel to a depth: the distance z ahead of the
 /// camera in metres, not the distance along the ray. A function of the pixel's value; zero,
 /// negative and non-finite results mean that the depth is unknown. Pure, and called from several
-/// threads at once. Models: `depth_scale`, `truncated_depth`, `disparity`; any lambda.
+/// threads at once.
+/// Models: `depth_scale`, `truncated_depth`, `disparity`; any lambda.
 export template <class F, class Pixel>
 concept DepthConverter = requires(const F& convert, const Pixel& pixel) {
   { convert(pixel) } -> std::convertible_to<double>;
@@ -109,8 +110,8 @@ export template <Scalar S>
 /// Normals of the organised points of one camera: for each pixel, the cross product of the
 /// differences between its right and left and its lower and upper neighbour, at unit length and
 /// turned towards the camera. Zero at the border of the image, and where the pixel or one of its
-/// four neighbours is unknown. Throws `invalid_input` unless there is one point per pixel. Source:
-/// Holzer et al. 2012, "Adaptive neighborhood selection", section III, without smoothing.
+/// four neighbours is unknown. Throws `invalid_input` unless there is one point per pixel.
+/// Source: Holzer et al. 2012, "Adaptive neighborhood selection", section III, without smoothing.
 export template <Scalar S>
 [[nodiscard]] point_matrix<S, 3> organized_normals(const point_matrix<S, 3>& points,
                                                    const pinhole_camera<S>& camera,

@@ -11,7 +11,8 @@ namespace cilantro {
 
 /// Options of `estimate_normals` and `write_normals`.
 export struct normals_options {
-  /// Normals are turned towards this point. Without one, the largest component of each is positive.
+  /// Normals are flipped towards this point. Without one, the largest component of each is
+  /// positive.
   std::optional<coordinates> viewpoint = {};
   int threads = 0;
   task_monitor monitor = {};

@@ -28,8 +28,8 @@ export struct orientation_options {
 /// `near` is a specification, or neighbourhoods of the points, whose edges count in both
 /// directions. Zero normals, which stand for unknown ones, stay zero, and nothing spreads across
 /// them. Throws `invalid_input` for mismatched sizes, and for a neighbour that is not one of the
-/// points. O(E log E); memory: about 12 bytes per edge and 30 per point. Source: Hoppe et al. 1992,
-/// section 3.3.
+/// points. O(E log E); memory: about 12 bytes per edge and 30 per point.
+/// Source: Hoppe et al. 1992, section 3.3.
 export template <MutablePoints N, PointsSource P, class Near>
   requires std::same_as<points_view_of<N>, points_view_of<P>> &&
            (std::convertible_to<const Near&, neighborhood_spec> ||

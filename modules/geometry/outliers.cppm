@@ -38,8 +38,8 @@ selection closed_outliers(points_view<S, D> points, const radius_outlier_options
 /// Finds outliers by their mean distance to their nearest neighbours, compared with that of all
 /// points. Points that are not finite are removed. The same for any number of threads. Throws
 /// `invalid_input` for fewer than one neighbour, or deviations that are negative or NaN. Memory
-/// beside the result: a kd-tree, and 8 bytes per point. O(N (k + log N)). Source: Rusu et al. 2008,
-/// "Towards 3D point cloud based object maps", section 3.1.
+/// beside the result: a kd-tree, and 8 bytes per point. O(N (k + log N)).
+/// Source: Rusu et al. 2008, "Towards 3D point cloud based object maps", section 3.1.
 export template <PointsSource P>
 [[nodiscard]] selection statistical_outliers(const P& points,
                                              const statistical_outlier_options& options = {}) {

@@ -82,8 +82,8 @@ std::optional<principal_component_basis<S, D>> basis_of(const std::optional<mome
 }
 
 /// Principal component analysis of all points; nothing if none is finite. Uses the sample
-/// covariance, or any `CovarianceEstimator`. O(N·D² + D³). Source: Jolliffe 2002, "Principal
-/// component analysis", chapter 1.
+/// covariance, or any `CovarianceEstimator`. O(N·D² + D³).
+/// Source: Jolliffe 2002, "Principal component analysis", chapter 1.
 export template <PointsSource P>
 [[nodiscard]] auto principal_components(const P& points, const execution& how = {}) {
   return basis_of(mean_and_covariance(points, how));

@@ -13,8 +13,8 @@ namespace cilantro {
 ///
 /// Semantics: pure, and called from several threads at once. It is never called for a point that is
 /// not finite. Optional: `check(dimension)` throws `invalid_input` for a region that makes no
-/// sense, or not for points of that dimension; it is called once, before `contains`. Models: `box`,
-/// `ball`, `half_space`, `half_spaces`; a lambda.
+/// sense, or not for points of that dimension; it is called once, before `contains`.
+/// Models: `box`, `ball`, `half_space`, `half_spaces`; a lambda.
 export template <class R, int D>
 concept Region = requires(const R& region, const point_vector<double, D>& point) {
   { region.contains(point) } -> std::convertible_to<bool>;

@@ -31,8 +31,8 @@ index_list closed_farthest_points(points_view<S, D> points, index_t count,
 /// before it, so that the list covers the set evenly wherever it is cut off. Of several equally far
 /// points, the one with the smallest index is selected. Points that are not finite are never
 /// chosen. Throws `invalid_input` for a negative count, or a `first` that is not the index of a
-/// point. O(N · count); memory beside the result: 8 bytes per point. Source: Gonzalez 1985; Eldar
-/// et al. 1997, "The farthest point strategy".
+/// point. O(N · count); memory beside the result: 8 bytes per point.
+/// Source: Gonzalez 1985; Eldar et al. 1997, "The farthest point strategy".
 export template <PointsSource P>
 [[nodiscard]] index_list farthest_point_sample(const P& points, index_t count,
                                                const farthest_point_options& options = {}) {

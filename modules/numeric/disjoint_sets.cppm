@@ -8,8 +8,9 @@ namespace cilantro {
 
 /// Disjoint sets of the numbers 0 to N − 1 that can be joined but not split, by several threads at
 /// once and without locks. The representative of a set is its smallest number, whatever the order
-/// of the joins. Nearly O(1) per operation. Source: Anderson & Woll 1991, "Wait-free parallel
-/// algorithms for the union-find problem", with roots ordered by number.
+/// of the joins. Nearly O(1) per operation.
+/// Source: Anderson & Woll 1991, "Wait-free parallel algorithms for the union-find problem", with
+/// roots ordered by number.
 export class disjoint_sets {
  public:
   /// Each number in a set of its own. Throws `invalid_input` for a negative size or above 2³¹ − 1.

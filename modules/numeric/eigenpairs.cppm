@@ -32,9 +32,9 @@ export using sparse_matrix = Eigen::SparseMatrix<double, Eigen::RowMajor, std::i
 /// Its blocks are wider than `count`, so that equal or nearly equal eigenvalues are all found. The
 /// same bits for any number of threads. Throws `invalid_input` for a matrix that is not square or
 /// not finite, for a sparse one that is not compressed, and unless 0 <= count <= N; throws
-/// `cancelled`. Precondition: the matrix is symmetric. Source: Wu & Simon 2000, "Thick-restart
-/// Lanczos method for large symmetric eigenvalue problems"; in blocks as Golub & Underwood 1977,
-/// "The block Lanczos method for computing eigenvalues".
+/// `cancelled`. Precondition: the matrix is symmetric.
+/// Source: Wu & Simon 2000, "Thick-restart Lanczos method for large symmetric eigenvalue problems";
+/// in blocks as Golub & Underwood 1977, "The block Lanczos method for computing eigenvalues".
 export [[nodiscard]] eigenpairs largest_eigenpairs(const Eigen::MatrixXd& matrix, index_t count,
                                                    const eigenpair_options& options = {});
 export [[nodiscard]] eigenpairs largest_eigenpairs(const sparse_matrix& matrix, index_t count,

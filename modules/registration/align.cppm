@@ -34,7 +34,7 @@ export using metric_choice =
     std::variant<point_to_plane, point_to_point, symmetric, generalized_icp,
                  combined_metric<weighted_term<point_to_point>, weighted_term<point_to_plane>>>;
 
-/// One iteration of `align`, as an observer sees it; its transform is in double.
+/// One iteration of `align`, as it is passed to an observer; its transform is in double.
 export using align_iteration = icp_iteration<any_transform>;
 
 /// Options of `align`.
@@ -84,7 +84,7 @@ struct align_input {
   std::optional<coordinates> anchor = {};
 };
 
-/// Reduces a surface to voxels, and estimates normals if it needs and has none.
+/// Reduces a surface to voxels, and estimates normals if they are needed and missing.
 template <Scalar S, int D>
 [[nodiscard]] prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel,
                                             bool needs_normals, const neighborhood_spec& spec,
@@ -169,7 +169,8 @@ template <class A, class B>
                          with_kernel(sum.template term<1>(), robust)};
 }
 
-/// With the metric and the kernel of the options. Compiled in the library for the shipped motions.
+/// With the metric and the kernel of the options. Compiled in the library for `rigid_motion` and
+/// `affine_motion`.
 template <MotionModel Model, Scalar S, int D>
 [[nodiscard]] auto align_by_options(const align_input<S, D>& source,
                                     const align_input<S, D>& target,

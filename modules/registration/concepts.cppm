@@ -92,9 +92,9 @@ using pairs_of = typename pairs_of_searcher<Searcher, typename T::Scalar>::type;
 /// arguments, is const, and may be called by several registrations at once. Points that are not
 /// finite are in no pair. Optional: a default-constructible type `memory`, and `find(transform,
 /// memory, pairs)`, which gives the same result, faster, with the help of what earlier calls have
-/// left in `memory`. Models: `nearest_neighbor_searcher`, `feature_searcher`,
-/// `projective_searcher`, `known_pairs_searcher`, `combined_searcher`;
-/// `check_correspondence_searcher` tests yours.
+/// left in `memory`.
+/// Models: `nearest_neighbor_searcher`, `feature_searcher`, `projective_searcher`,
+/// `known_pairs_searcher`, `combined_searcher`; `check_correspondence_searcher` tests yours.
 export template <class S, class T>
 concept CorrespondenceSearcher =
     requires(const S& searcher, const T& transform, pairs_of<S, T>& pairs) {
@@ -134,8 +134,9 @@ void find_with_memory(const S& searcher, const T& transform, repeated_memory<S>&
 /// and the fit of `current`. Whatever the pairs do not determine stays as it is in `current`, and
 /// is counted in `fit.undetermined`. It depends on nothing but its arguments, and is const. The
 /// transform may be any `PointMap`, even a field of many transforms: `pair_matcher` and
-/// `weighted_rows` evaluate the library's metrics for those. Models: `point_to_point_estimator`,
-/// `least_squares_estimator`; `check_transform_estimator` tests yours.
+/// `weighted_rows` evaluate the library's metrics for those.
+/// Models: `point_to_point_estimator`, `least_squares_estimator`; `check_transform_estimator` tests
+/// yours.
 export template <class E, class Pairs>
 concept TransformEstimator = requires {
   typename E::transform_type;

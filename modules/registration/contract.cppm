@@ -273,7 +273,7 @@ export template <PointsSource P, PointMap<dimension_of<P>> M>
       for (auto& x : normal) x = S(random.uniform(-1, 1));
       const Eigen::VectorXd turned =
           normals_moved_by<D>(map)(i, normal.normalized()).template cast<double>();
-      // What lies across the normal must lie across the turned one.
+      // A direction orthogonal to the normal must stay orthogonal to the turned one.
       const Eigen::VectorXd back = (jacobian.transpose() * turned).normalized();
       violations.expect((back - normal.normalized().template cast<double>()).norm() < 0.01,
                         "a moved normal is not normal to the moved surroundings of its point");

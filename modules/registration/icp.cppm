@@ -104,7 +104,7 @@ export template <class Searcher, class E>
     result.status = status;
     return result;
   };
-  // The last transform of which the figures are known: what a stop leaves.
+  // The last transform whose figures are known, which is returned after a stop.
   auto looked_at = result;
   bool settled = false;
   try {

@@ -73,7 +73,7 @@ class searcher_contract {
     for (std::size_t i = 0; i < common; ++i)
       nearest = nearest && is_close(found[i].distance, expected[i].distance);
     expect(nearest, "the neighbors are not the nearest points");
-    // Points beyond the common ones may differ only where rounding decides whether they are in.
+    // If one list is longer, its last points must lie at the limit, where rounding decides.
     const auto& longer = found.size() > expected.size() ? found : expected;
     expect(std::all_of(longer.begin() + std::ptrdiff_t(common), longer.end(),
                        [&](const auto& n) {

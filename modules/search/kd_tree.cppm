@@ -31,8 +31,8 @@ void visit_in_blocks(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries
                      const neighborhood_spec& spec, const neighborhood_visitor<S>& visit,
                      const visit_options& options);
 
-/// Searches with one metric. Compiled in the library for the shipped metrics, each scalar, and 2, 3
-/// and run-time dimensions.
+/// Searches with one metric. Compiled in the library for its own metrics, each scalar, and 2, 3 and
+/// run-time dimensions.
 template <Scalar S, int D, CoordinateMetric<S> M>
 class kd_tree_engine {
  public:
@@ -72,7 +72,7 @@ class kd_tree_engine {
     };
   }
 
-  /// Hands the neighbours in order to `write(index, distance)` and returns how many there are.
+  /// Passes the neighbours in order to `write(index, distance)` and returns their number.
   template <class F>
   index_t search(const S* query, const neighborhood_spec& spec, search_scratch<S>& room,
                  F&& write) const {
@@ -85,7 +85,7 @@ class kd_tree_engine {
       for (const auto& c : found) write(c.index(), metric_.distance(c.sum()));
       return std::ssize(found);
     };
-    // A radius without a count may find many: then the heap, never full, is a list to sort.
+    // A radius without a count may find many: the heap is then never full, and just a list to sort.
     if (spec.is_count_limited() && capacity <= most_sorted) {
       sorted_result<S> result{std::span{room.sorted}.first(capacity), limit};
       kd_tree_search<S, D, M, sorted_result<S>>{nodes, metric_, query, result}.run();
@@ -133,7 +133,8 @@ neighborhoods<S> kd_tree_engine<S, D, M>::find_all(points_view<S, D> queries,
       k > std::int64_t{std::numeric_limits<std::int32_t>::max()} / std::max<index_t>(n, 1))
     return gather_neighborhoods<S>(n, how, finder(queries, spec));
 
-  // k nearest neighbours: almost every query has exactly k, so that each has its place at once.
+  // k nearest neighbours: almost every query has exactly k, so that the place of each is known
+  // beforehand.
   std::vector<index_t> offsets(static_cast<std::size_t>(n) + 1);
   buffer<std::int32_t> indices(n * k);
   buffer<S> distances(indices.size());

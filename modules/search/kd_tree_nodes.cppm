@@ -59,7 +59,7 @@ struct kd_tree_nodes {
   index_t size = 0;  ///< The number of all points, including those that are not searchable.
   index_t searchable = 0;
   index_t dimension = 0;
-  S largest = 0;                 ///< No searchable coordinate is beyond.
+  S largest = 0;                 ///< The largest magnitude of a searchable coordinate.
   int levels = 0;                ///< Of cuts, above the leaves.
   buffer<S> coordinates;         ///< By `block`; NaN after the last point.
   buffer<std::int32_t> indices;  ///< The user's indices; −1 after the last.
@@ -68,7 +68,7 @@ struct kd_tree_nodes {
   point_vector<S, D> low, high;  ///< The box around all points.
 };
 
-/// One search: hands every point to `result` that may be among the nearest.
+/// One search: passes every point that may be among the nearest to `result`.
 ///
 /// The bound of a node is the metric's sum between the query and the node's box, kept up to date
 /// axis by axis (Arya & Mount 1993). It is summed in another order than the distance to a point
@@ -106,7 +106,7 @@ class kd_tree_search {
   static constexpr bool has_term_to =
       requires(const M& m, S v, index_t axis) { m.term_to(v, v, v, axis); };
   static constexpr bool needs_box = has_term_to || is_antipodal<M>;
-  /// An antipodal metric looks from two places at once.
+  /// An antipodal metric searches from two places at once.
   static constexpr int images = is_antipodal<M> ? 2 : 1;
 
   [[nodiscard]] index_t dimension() const { return D == dynamic ? tree_.dimension : D; }
@@ -168,7 +168,7 @@ class kd_tree_search {
     term = before;
   }
 
-  /// The term between the query, or what is opposite to it, and the current box.
+  /// The term between the query, or its negative, and the current box.
   [[nodiscard]] S term(int image, index_t d) const {
     const S value = image == 0 ? query_[d] : -query_[d];
     const S low = low_[d], high = high_[d];

@@ -158,7 +158,7 @@ template <class M, Scalar S>
 [[nodiscard]] S largest_sum_within(const M& metric, S distance) {
   constexpr S infinity = std::numeric_limits<S>::infinity();
   S sum = metric.sum(distance);
-  // A few roundings of both functions; where one is constant, there would be no end.
+  // A few roundings of both functions; where one is constant, the loop would not end.
   for (int step = 0; step < 16 && sum < infinity; ++step) {
     const S next = std::nextafter(sum, infinity);
     if (!(metric.distance(next) <= distance)) break;

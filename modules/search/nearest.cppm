@@ -8,8 +8,8 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// A point that may be among the neighbours: first its sum, then its index, in one integer, whose
-/// order is theirs, since the bits of floating numbers that are not negative are ordered like them.
+/// A point that may be among the neighbours: its sum and its index in one integer that sorts by
+/// sum, then index, since the bits of non-negative floating-point numbers sort as the numbers do.
 template <Scalar S>
 class candidate {
  public:
@@ -103,7 +103,7 @@ class two_nearest_result {
     second_ = std::min(second_, std::max(first_, next));
     first_ = std::min(first_, next);
   }
-  /// Hands those that were found to `write(index, sum)`.
+  /// Passes those that were found to `write(index, sum)`.
   template <class F>
   void write(F&& write) const {
     for (const auto& c : {first_, second_})

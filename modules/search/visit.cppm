@@ -29,8 +29,8 @@ export struct visit_options {
 /// finite occurs without neighbours, or not at all. Exceptions of `visit` reach the caller, and
 /// `options.monitor` is asked from time to time. Callers have checked sizes and dimensions.
 /// `found_block` helps to make blocks. All functions of the library that take a searcher and many
-/// queries use it: `find_neighborhoods`, graphs, components, densities. Models: `kd_tree`;
-/// `check_neighbor_searcher` tests yours.
+/// queries use it: `find_neighborhoods`, graphs, components, densities.
+/// Models: `kd_tree`; `check_neighbor_searcher` tests yours.
 export template <class T>
 concept VisitingSearcher =
     NeighborSearcher<T> &&

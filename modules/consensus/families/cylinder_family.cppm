@@ -30,8 +30,9 @@ export struct cylinder_limits {
 /// Cylinders through points with normals. A sample is two points, degenerate if their normals are
 /// parallel. More points are fitted by least squares of the distances to the cylinder, starting
 /// from the cylinder of the two, among a few, whose normals differ most. Views points and normals,
-/// which must outlive it. Source: Schnabel, Wahl & Klein 2007, "Efficient RANSAC for point-cloud
-/// shape detection", section 4.1; the iteration is that of Marquardt 1963.
+/// which must outlive it.
+/// Source: Schnabel, Wahl & Klein 2007, "Efficient RANSAC for point-cloud shape detection", section
+/// 4.1; the iteration is that of Marquardt 1963.
 export template <Scalar S>
 class cylinder_family {
  public:
@@ -62,8 +63,8 @@ class cylinder_family {
     if (indices.size() < 2) return std::nullopt;
     index_t first = indices[0], other = indices[1];
     if (indices.size() > 2) {
-      // The widest angle to the first of a few that are spread over all of them; an unknown normal
-      // has none.
+      // Of a few points that are spread over all, the one whose normal differs most from the first;
+      // unknown normals are skipped.
       const std::size_t stride = std::max<std::size_t>(1, indices.size() / 64);
       index_t known = -1;
       other = -1;

@@ -15,15 +15,15 @@ export struct hyperplane_limits {
   std::optional<direction_limit> normal = {};
 };
 
-/// Through all of the points with the given indices if they are Dim many, and otherwise of least
-/// squares.
+/// The hyperplane through the points with the given indices if there are Dim, otherwise the
+/// least-squares one.
 template <Scalar S, int D>
 std::optional<hyperplane_model<dynamic>> fit_hyperplane(points_view<S, D> points,
                                                         std::span<const std::int32_t> indices,
                                                         const hyperplane_limits& limits);
 
-/// The coordinates of all points, one row each, relative to the first finite point: as vectors of
-/// the processor want them, and with all their digits far from the origin.
+/// The coordinates of all points, one row per axis, relative to the first finite point: suited to
+/// vector instructions, and with all digits even far from the origin.
 template <Scalar S>
 struct coordinate_rows {
   Eigen::Matrix<S, dynamic, dynamic, Eigen::RowMajor> rows;
@@ -43,7 +43,7 @@ struct plane_in_rows {
   const double* normal;
   double offset;
 };
-/// Adds to `sums` what the points from `first` on count for each plane.
+/// Adds to `sums` the scores of each plane over `count` points from `first` on.
 template <Scalar S>
 void score_hyperplanes(const coordinate_rows<S>& points, std::span<const plane_in_rows> planes,
                        index_t first, index_t count, const residual_scoring& scoring,
@@ -52,8 +52,8 @@ void score_hyperplanes(const coordinate_rows<S>& points, std::span<const plane_i
 /// Hyperplanes through points. A sample is Dim points, degenerate if they lie in a subspace of
 /// lower dimension. More points are fitted by least squares: the plane through their mean across
 /// the direction of least variance. Views the points, which must outlive it, and keeps a copy of
-/// their coordinates for speed. Source: Pearson 1901, "On lines and planes of closest fit to
-/// systems of points in space".
+/// their coordinates for speed.
+/// Source: Pearson 1901, "On lines and planes of closest fit to systems of points in space".
 export template <Scalar S, int D>
 class hyperplane_family {
  public:

@@ -19,7 +19,8 @@ export struct line_limits {
 
 /// Lines through points of any dimension. A sample is two points, degenerate if they are equal.
 /// More points are fitted by least squares: the line through their mean along the direction of
-/// largest variance. Views the points, which must outlive it. Source: Pearson 1901.
+/// largest variance. Views the points, which must outlive it.
+/// Source: Pearson 1901.
 export template <Scalar S, int D>
 class line_family {
  public:

@@ -14,15 +14,16 @@ export struct sphere_limits {
   radius_limit radius = {};
 };
 
-/// Through all of the data if they are one more than their dimension, and otherwise of least
-/// squares. Nothing where they lie in a hyperplane.
+/// The sphere through the data if there are Dim + 1, otherwise the least-squares one. Nothing if
+/// they lie in a hyperplane.
 [[nodiscard]] std::optional<sphere_model<dynamic>> fit_sphere(
     const std::optional<gathered_points>& data, double negligible, const sphere_limits& limits);
 
 /// Spheres through points of any dimension; in 2D, circles. A sample is Dim + 1 points, degenerate
 /// if they lie in a hyperplane. More points are fitted by least squares of the distances to the
-/// sphere. Views the points, which must outlive it. Source: Kåsa 1976 for the start; Gander, Golub
-/// & Strebel 1994, "Least-squares fitting of circles and ellipses", section 4, for the iteration.
+/// sphere. Views the points, which must outlive it.
+/// Source: Kåsa 1976 for the start; Gander, Golub & Strebel 1994, "Least-squares fitting of circles
+/// and ellipses", section 4, for the iteration.
 export template <Scalar S, int D>
 class sphere_family {
  public:

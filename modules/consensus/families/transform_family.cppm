@@ -14,7 +14,7 @@ export enum class transform_kind {
   affine,      ///< Any linear map, and a translation.
 };
 
-/// Of least squares; nothing where the source does not determine it.
+/// The least-squares transform; nothing if the source does not determine it.
 [[nodiscard]] std::optional<affine_parts<double, dynamic>> fit_transform(
     transform_kind kind, const std::optional<gathered_points>& source,
     const std::optional<gathered_points>& target, double negligible);
@@ -29,8 +29,8 @@ double pair_distance(points_view<S, D> source, points_view<S, D> target,
 /// (but 2 for a similarity in 1D), Dim + 1 for affine ones; it is degenerate if its source points
 /// lie in too small a subspace to determine one. The residual is the distance between the mapped
 /// source point and the target point. Views the points, which must outlive it; make one by
-/// `rigid_family`, `similarity_family` or `affine_family`. Source: Umeyama 1991, "Least-squares
-/// estimation of transformation parameters".
+/// `rigid_family`, `similarity_family` or `affine_family`.
+/// Source: Umeyama 1991, "Least-squares estimation of transformation parameters".
 export template <Scalar S, int D, transform_kind Kind>
 class transform_family {
  public:
@@ -116,7 +116,7 @@ template <transform_kind Kind, BorrowedPoints P, BorrowedPoints Q, PairRange R>
     targets.push_back(static_cast<std::int32_t>(pair.target));
     sources.push_back(static_cast<std::int32_t>(pair.source));
   }
-  // No pairs at all are no reason to take all points instead.
+  // Without pairs, the family is empty, instead of pairing all points.
   const bool none = targets.empty();
   const auto moving = as_points(std::forward<P>(source));
   const auto onto = as_points(std::forward<Q>(target));

@@ -27,7 +27,7 @@ export void write_png(const image<std::uint16_t>& depth, const std::filesystem::
 export void write_png(const image<rgb>& picture, const std::filesystem::path& path);
 
 namespace detail {
-/// One of both, by the format.
+/// `read_color_image` for each of the formats.
 [[nodiscard]] image<rgb> read_color_png(const std::filesystem::path& path);
 [[nodiscard]] image<rgb> read_color_jpeg(const std::filesystem::path& path);
 }  // namespace detail

@@ -29,7 +29,8 @@ struct registered_surfaces {
   oriented_points_view<S, D> target, source;
   index_t dimension = 0;
   index_t finite_sources = 0, non_finite = 0;
-  point_vector<double, D> center;  ///< Of the target: around it sums lose nothing to rounding.
+  /// The centre of the target: sums around it lose little to rounding.
+  point_vector<double, D> center;
 
   registered_surfaces(const oriented_points_view<S, D>& onto,
                       const oriented_points_view<S, D>& moving)
@@ -104,7 +105,7 @@ struct pair_totals {
   double squared_residual = 0, squared_distance = 0;
 };
 
-/// The weighted sums of what the estimators look at, around the centre of the target.
+/// The weighted sums that all estimators need, around the centre of the target.
 template <int D>
 struct place_sums : pair_totals {
   point_vector<double, D> place;       ///< Of the moved source points.
@@ -158,14 +159,14 @@ struct moved_map {
                                  const Eigen::VectorXd& translation, const Eigen::VectorXd& center,
                                  const Eigen::VectorXd& mean);
 
-/// The step that a motion around the centre makes of a transform; `fit` is still to be filled in.
+/// The step that results from a motion around the centre; `fit` remains to be filled in.
 template <class T, MotionModel Model, int D>
 [[nodiscard]] registration_step<T> step_to(const Model& model, const motion_step& move,
                                            const affine_parts<double, D>& current,
                                            const Eigen::VectorXd& center,
                                            const Eigen::VectorXd& mean) {
   auto [map, change] = move_map(move, current.linear, current.translation, center, mean);
-  // Source points are rounded where they are, and so is what moves them.
+  // Both the source points and the transform are rounded.
   change.rounding = 2 * double(std::numeric_limits<typename T::Scalar>::epsilon()) *
                     (map.translation.norm() + (center + mean).norm());
   if constexpr (requires { model.normalize(map.linear); }) map.linear = model.normalize(map.linear);

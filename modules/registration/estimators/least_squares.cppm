@@ -48,7 +48,7 @@ struct equation_sums : place_sums<D> {
 template <MotionModel Model, int D>
 inline constexpr int unknowns_of = D == dynamic ? dynamic : int(Model::unknowns(D));
 
-/// A metric, all terms of one pair.
+/// Adds all terms of a metric for one pair.
 template <int D, MotionModel Model, class Metric>
 void add_pair(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
               const Metric& metric, const matched_pair<D>& pair, double distance,
@@ -67,8 +67,8 @@ void add_pair(equation_sums<D, unknowns_of<Model, D>>& sums, const Model& model,
   });
 }
 
-/// The pair as the terms of a metric see it under an affine map in double. `turn` is what it does
-/// to normals.
+/// The pair as it is passed to the terms of a metric, under an affine map in double. `turn` is what
+/// the map does to normals.
 template <class Metric, Scalar S, int D>
 [[nodiscard]] matched_pair<D> pair_in(const registered_surfaces<S, D>& surfaces,
                                       const affine_parts<double, D>& current,
@@ -79,7 +79,7 @@ template <class Metric, Scalar S, int D>
       [&] { return turn * surfaces.source.normals[s].template cast<double>(); });
 }
 
-/// What a transform of a model does to normals, if the metric asks for that of the source.
+/// What a transform does to normals, if the metric needs those of the source.
 template <class Metric, MotionModel Model, int D>
 [[nodiscard]] Eigen::Matrix<double, D, D> turn_of(const affine_parts<double, D>& current) {
   if constexpr (!needs_source_normals<Metric> || RigidMap<transform_of<Model, double, D>>)
@@ -90,7 +90,7 @@ template <class Metric, MotionModel Model, int D>
         .transpose();
 }
 
-/// Which of the two terms that have a vector kernel a metric is made of, and whether of these only.
+/// Which of the two terms with a vector kernel a metric contains, and whether it has other terms.
 struct kernel_terms {
   bool plane = false, point = false, others = false;
 };
@@ -318,7 +318,7 @@ export template <PointsSource T, PointsSource P, class Metric = point_to_plane,
 least_squares_estimator(T&&, P&&, Metric = {}, Model = {}, Solver = {}, execution = {})
     -> least_squares_estimator<scalar_of<T>, dimension_of<T>, Metric, Model, Solver>;
 
-// The sums of the shipped metrics are compiled in the library.
+// The sums of the library's metrics are compiled in the library.
 #define CILANTRO_COMPILED_ELSEWHERE(S, D, Metric, Model)                                 \
   extern template auto sum_equations<S, D, Metric, Model>(                               \
       const registered_surfaces<S, D>&, const affine_parts<double, D>&,                  \

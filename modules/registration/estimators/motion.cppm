@@ -20,7 +20,8 @@ export using motion_step = affine_parts<double, dynamic>;
 /// transform. Every translation must be a possible motion, so that motions can be expressed around
 /// any centre. All functions are pure; points are Eigen vectors of double of any type.
 /// `transform<S, D>` is the type of the resulting transform, `rigid_transform` or
-/// `affine_transform`. Models: `rigid_motion`, `affine_motion`; `check_motion_model` tests yours.
+/// `affine_transform`.
+/// Models: `rigid_motion`, `affine_motion`; `check_motion_model` tests yours.
 export template <class P>
 concept MotionModel =
     requires(const P& model, index_t dimension, const Eigen::VectorXd& vector, double* row) {
@@ -40,8 +41,8 @@ using transform_of = typename Motion::template transform<S, D>;
 /// a < b, in the order of (a, b).
 ///
 /// A step follows the midpoint rule: the point midway between old and new place has the velocity of
-/// the step, which gives Cayley's rotations. It follows curved motions to second order. Source:
-/// Rusinkiewicz 2019, "A symmetric objective function for ICP", section 3.
+/// the step, which gives Cayley's rotations. It follows curved motions to second order.
+/// Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", section 3.
 export struct rigid_motion {
   template <Scalar S, int D>
   using transform = rigid_transform<S, D>;
@@ -97,8 +98,8 @@ template <MotionModel P>
   return rows.transpose();
 }
 
-/// The velocities everywhere: an affine function of the point. What is done with it is compiled in
-/// the library, whatever the model.
+/// The velocities everywhere: an affine function of the point. Functions of it are compiled in the
+/// library, whatever the model.
 struct velocity_field {
   Eigen::MatrixXd at_origin;            ///< `Dim × unknowns`.
   std::vector<Eigen::MatrixXd> slopes;  ///< One per axis.

@@ -36,9 +36,9 @@ struct residual_sink {
 /// in the units of the points, or not at all for a pair that does not count. Static constants
 /// `needs_source_normals` and `needs_target_normals` say whether it uses these normals; without the
 /// constants, the normals of pairs are zero. Pure, and called from several threads at once. A
-/// metric of yours is a struct or a generic lambda of a few lines. Models: `point_to_point`,
-/// `point_to_plane`, `symmetric`, `generalized_icp`, `weighted_term`, `combined_metric`;
-/// `check_residual_term` tests yours.
+/// metric of yours is a struct or a generic lambda of a few lines.
+/// Models: `point_to_point`, `point_to_plane`, `symmetric`, `generalized_icp`, `weighted_term`,
+/// `combined_metric`; `check_residual_term` tests yours.
 export template <class T, int D>
 concept ResidualTerm =
     requires(const T& term, const matched_pair<D>& pair, const residual_sink<D>& emit) {
@@ -56,8 +56,8 @@ template <class T>
   requires requires { T::needs_target_normals; }
 inline constexpr bool needs_target_normals<T> = T::needs_target_normals;
 
-/// The vector from the target point to the moved source point: one row per coordinate. Source: Besl
-/// & McKay 1992, "A method for registration of 3-D shapes".
+/// The vector from the target point to the moved source point: one row per coordinate.
+/// Source: Besl & McKay 1992, "A method for registration of 3-D shapes".
 export struct point_to_point {
   template <int D, class Emit>
   void operator()(const matched_pair<D>& pair, const Emit& emit) const {
@@ -69,8 +69,8 @@ export struct point_to_point {
 };
 
 /// The signed distance to the plane through the target point across its normal. Pairs whose target
-/// normal is unknown are skipped. Source: Chen & Medioni 1992, "Object modelling by registration of
-/// multiple range images".
+/// normal is unknown are skipped.
+/// Source: Chen & Medioni 1992, "Object modelling by registration of multiple range images".
 export struct point_to_plane {
   static constexpr bool needs_target_normals = true;
 
@@ -83,7 +83,8 @@ export struct point_to_plane {
 
 /// The signed distance along the mean of both normals, which is zero wherever the two points lie on
 /// one circular arc: it converges from farther away than `point_to_plane`. The signs of normals do
-/// not matter. Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", equation 9.
+/// not matter.
+/// Source: Rusinkiewicz 2019, "A symmetric objective function for ICP", equation 9.
 export struct symmetric {
   static constexpr bool needs_source_normals = true, needs_target_normals = true;
 
@@ -101,7 +102,8 @@ export struct symmetric {
 /// Plane to plane: the Mahalanobis distance under the covariances of both points, each flat along
 /// its normal. Between two planes it acts as `point_to_plane`; a point whose normal is unknown has
 /// the same variance in all directions. Scaled so that a distance along a common normal has weight
-/// 1. Source: Segal, Haehnel & Thrun 2009, "Generalized-ICP", section III, plane-to-plane.
+/// 1.
+/// Source: Segal, Haehnel & Thrun 2009, "Generalized-ICP", section III, plane-to-plane.
 export struct generalized_icp {
   static constexpr bool needs_source_normals = true, needs_target_normals = true;
 
@@ -284,7 +286,7 @@ class pair_matcher {
                 "the metric needs normals of the source, and the map has no member normal(i, n)");
   using vector = point_vector<double, D>;
 
-  /// Checked before anything is made of the map.
+  /// Checks the map before it is used.
   static const oriented_points_view<S, D>& moved_by(const M& map,
                                                     const oriented_points_view<S, D>& source) {
     expect_moves(map, source.points, "pair_matcher");

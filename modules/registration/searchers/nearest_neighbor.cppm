@@ -40,7 +40,7 @@ class nearest_neighbor_engine {
   nearest_neighbor_engine(points_view<S, D> source, points_view<S, D> target,
                           const correspondence_options& options, const task_monitor& monitor);
   [[nodiscard]] int threads() const { return options_.threads; }
-  /// `is_rigid` is what the type of the transform says.
+  /// `is_rigid`: whether the type of the transform is a rigid one.
   void find(const affine_parts<S, D>& transform, bool is_rigid, nearest_neighbor_memory<S>& memory,
             correspondences<S>& out) const;
   /// As above, with the source already moved.
@@ -48,7 +48,7 @@ class nearest_neighbor_engine {
             correspondences<S>& out) const;
 
  private:
-  /// How the source is moved: by a transform, or point by point already.
+  /// How the source is moved: by a transform, or already point by point.
   struct source_motion {
     const affine_parts<S, D>* transform;
     bool is_rigid;

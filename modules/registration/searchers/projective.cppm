@@ -11,8 +11,8 @@ namespace cilantro {
 
 /// Pairs each source point with the target point that the target's camera sees in the same pixel:
 /// no tree and no search, for frames of a depth camera that has moved little. Searches from the
-/// source to the target only; other directions, and reciprocal pairs, are refused. Source: Blais &
-/// Levine 1995, "Registering multiview range data to create 3D computer objects".
+/// source to the target only; other directions, and reciprocal pairs, are refused.
+/// Source: Blais & Levine 1995, "Registering multiview range data to create 3D computer objects".
 export template <Scalar S>
 class projective_searcher {
  public:

@@ -10,14 +10,14 @@ import :points;
 
 namespace cilantro {
 
-/// The eigenvalues and eigenvectors of a symmetric matrix.
+/// What `decompose_symmetric` returns.
 export template <int D>
 struct symmetric_decomposition {
   point_vector<double, D> values;       ///< Eigenvalues, ascending.
   Eigen::Matrix<double, D, D> vectors;  ///< Orthonormal eigenvectors, one per column.
   bool converged = true;                ///< Whether the iteration converged.
 };
-/// The eigenvalues and eigenvectors of a symmetric matrix, for D of 2, 3 and `dynamic`. Throws
+/// The eigenvalues and eigenvectors of a symmetric matrix. For D of 2, 3 and `dynamic`. Throws
 /// `invalid_input` unless the matrix is square. Precondition: it is symmetric. O(D³).
 export template <int D>
 [[nodiscard]] symmetric_decomposition<D> decompose_symmetric(

@@ -38,7 +38,8 @@ struct icp_options {
   double tolerance = 1e-5;
   std::optional<double> rotation_tolerance = {};     ///< In radians, in place of `tolerance`.
   std::optional<double> translation_tolerance = {};  ///< In units, in place of `tolerance`.
-  /// Also stop once the residual changes by less than this share from one iteration to the next.
+  /// If positive, also stops once the residual changes by at most this share from one iteration to
+  /// the next.
   double residual_tolerance = 0;
   index_t min_pairs = 1;  ///< With fewer pairs, or none, the status is `too_few_pairs`.
   /// A result counts as converged if the pairs leave at most this share of the unknowns

@@ -144,6 +144,38 @@ void large_transform(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(large_transform);
 
+/// Six choices of points of a cloud with ten attributes: each by itself, or all in one pass.
+template <class Choose>
+void choices_of(benchmark::State& state, const Choose& choose) {
+  point_cloud<float, 3> cloud{.points = view_of(large_points()).matrix()};
+  for (int a = 0; a < 10; ++a)
+    cloud.set_attribute("attribute " + std::to_string(a), std::vector<float>(cloud.size(), 1.0f));
+  index_t left = 0;
+  for (auto _ : state) {
+    const auto chosen = choose(cloud);
+    benchmark::DoNotOptimize(chosen.points.data());
+    left = chosen.size();
+  }
+  report_result(state, double(left));
+}
+const auto middle = [](const Eigen::Vector3d& p) { return std::abs(p.x()) < 2; };
+const auto not_the_tenth = [](index_t i) { return i % 10 != 0; };
+const auto not_the_first = exclude(std::vector{0, 1, 2});
+void choices_one_by_one(benchmark::State& state) {
+  choices_of(state, [](const auto& cloud) {
+    return cloud | remove_invalid() | crop(middle) | select(not_the_tenth) | not_the_first |
+           take(700'000) | stride(2);
+  });
+}
+CILANTRO_BENCHMARK(choices_one_by_one);
+void choices_in_one_pass(benchmark::State& state) {
+  choices_of(state, [](const auto& cloud) {
+    return cloud | (remove_invalid() | crop(middle) | select(not_the_tenth) | not_the_first |
+                    take(700'000) | stride(2));
+  });
+}
+CILANTRO_BENCHMARK(choices_in_one_pass);
+
 void ply_read(benchmark::State& state) {
   double sum = 0;
   for (auto _ : state) {

@@ -5,9 +5,9 @@
 #   scripts/arm64.sh kernels  the tests of what is written in vectors
 #   scripts/arm64.sh bits     compares the bits of results with those on this machine
 #
-# On two busy cores the first build took 20 minutes, and `bits` then 6. The emulator is some 40 times as slow as the
-# machine: most tests end within a minute, clustering/labelled_sets_data and registration/registration_data do not
-# within ten.
+# On two busy cores the first build took 20 minutes, the tests then 33, and `bits` 6. The emulator is some 40 times as slow
+# as the machine: most tests end within a minute, clustering/labelled_sets_data and registration/registration_data
+# take 13.
 # Debian's arm64 packages are unpacked into build/arm64-sysroot; nothing is installed for them.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -77,7 +77,8 @@ scripts/setup.sh arm64
 case $mode in
   all)
     scripts/build.sh arm64 all
-    ctest --preset arm64 --parallel "$(nproc)" --timeout 3600
+    # What must not compile does not on any machine.
+    ctest --preset arm64 --parallel "$(nproc)" --timeout 3600 -E '^must_not_compile/'
     compare_bits
     ;;
   kernels)

@@ -43,11 +43,11 @@ using isometry = Eigen::Transform<S, 3, Eigen::Isometry>;
 
 align_options options_of(const align_settings& settings) {
   align_options options{.metric = metrics.at(settings.metric),
-                                     .max_iterations = settings.iterations,
-                                     .scales = {{settings.voxel, settings.max_distance}},
-                                     .normals = knn{settings.normals},
-                                     .reciprocal = settings.reciprocal,
-                                     .threads = settings.threads};
+                        .max_iterations = settings.iterations,
+                        .scales = {{settings.voxel, settings.max_distance}},
+                        .normals = knn{settings.normals},
+                        .reciprocal = settings.reciprocal,
+                        .threads = settings.threads};
   if (settings.robust > 0) options.robust = huber{settings.robust};
   return options;
 }

@@ -68,13 +68,17 @@ class arguments {
   std::vector<std::string> parts_;
 };
 
-/// The step that `work` does on clouds of either precision.
-template <class Work>
-tool_step on_clouds(Work work) {
-  return [work](tool_cloud&& cloud, const execution& how) {
-    return std::visit([&](auto&& c) -> tool_cloud { return work(std::move(c), how); },
+/// The step of the library that `make(how)` gives, on clouds of either precision.
+template <class Make>
+tool_step step_made_by(Make make) {
+  return [make](tool_cloud&& cloud, const execution& how) {
+    return std::visit([&](auto&& c) -> tool_cloud { return std::move(c) | make(how); },
                       std::move(cloud));
   };
+}
+template <class Step>
+tool_step always(Step step) {
+  return step_made_by([step](const execution&) { return step; });
 }
 
 using maker = std::function<tool_step(const arguments&)>;
@@ -82,82 +86,98 @@ using maker = std::function<tool_step(const arguments&)>;
 const std::map<std::string, std::pair<const char*, maker>, std::less<>> makers{
     {"invalid",
      {"invalid: remove points that are not finite",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(0, 0, "invalid");
-        return on_clouds([](auto&& c, const execution&) { return remove_invalid(std::move(c)); });
+        return always(remove_invalid());
+      }}},
+    {"crop",
+     {"crop=X:Y:Z:X:Y:Z: keep what is in a box, from its least corner to its greatest",
+      [](const arguments& a) {
+        a.expect_size(6, 6, "crop=X:Y:Z:X:Y:Z");
+        return always(crop(box{.lower = {a.number(0), a.number(1), a.number(2)},
+                               .upper = {a.number(3), a.number(4), a.number(5)}}));
       }}},
     {"voxel",
      {"voxel=EDGE: one point for each cell of a grid",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(1, 1, "voxel=EDGE");
-        return on_clouds([edge = a.number(0)](auto&& c, const execution& how) {
-          return voxel_downsample(c, edge, {.threads = how.threads, .monitor = how.monitor});
+        return step_made_by([edge = a.number(0)](const execution& how) {
+          return voxel_downsample(edge, {.threads = how.threads, .monitor = how.monitor});
         });
       }}},
     {"normals",
      {"normals=knn:K, radius:R or knn_in_radius:K:R: normals and curvature",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         const auto spec = a.neighborhood(0, "normals=knn:K, radius:R or knn_in_radius:K:R");
-        return on_clouds([spec](auto&& c, const execution& how) {
-          return estimate_normals(std::move(c), spec,
-                                  {.threads = how.threads, .monitor = how.monitor});
+        return step_made_by([spec](const execution& how) {
+          return estimate_normals(spec, {.threads = how.threads, .monitor = how.monitor});
         });
       }}},
     {"viewpoint",
      {"viewpoint=X:Y:Z: turn normals towards a place",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(3, 3, "viewpoint=X:Y:Z");
-        const coordinates eye{a.number(0), a.number(1), a.number(2)};
-        return on_clouds(
-            [eye](auto&& c, const execution&) { return orient_to_viewpoint(std::move(c), eye); });
+        return always(orient_to_viewpoint({a.number(0), a.number(1), a.number(2)}));
       }}},
     {"orient",
      {"orient=knn:K or radius:R: turn normals so that neighbours agree",
-      [](const arguments& a) -> tool_step {
-        const auto spec = a.neighborhood(0, "orient=knn:K or radius:R");
-        return on_clouds(
-            [spec](auto&& c, const execution&) { return orient_consistently(std::move(c), spec); });
+      [](const arguments& a) {
+        return always(orient_consistently(a.neighborhood(0, "orient=knn:K or radius:R")));
       }}},
     {"outliers",
      {"outliers=K:DEVIATIONS: remove points that are far from their K nearest",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(2, 2, "outliers=K:DEVIATIONS");
-        return on_clouds(
-            [k = a.count(0), deviations = a.number(1)](auto&& c, const execution& how) {
-              return remove_statistical_outliers(c, {k, deviations, how.threads, how.monitor});
-            });
+        return step_made_by([k = a.count(0), deviations = a.number(1)](const execution& how) {
+          return remove_statistical_outliers({.neighbors = k,
+                                              .deviations = deviations,
+                                              .threads = how.threads,
+                                              .monitor = how.monitor});
+        });
       }}},
     {"lonely",
      {"lonely=RADIUS:LEAST: remove points with fewer than LEAST others within a radius",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(2, 2, "lonely=RADIUS:LEAST");
-        return on_clouds([r = a.number(0), least = a.count(1)](auto&& c, const execution& how) {
-          return remove_radius_outliers(c, {r, least, how.threads, how.monitor});
+        return step_made_by([r = a.number(0), least = a.count(1)](const execution& how) {
+          return remove_radius_outliers({.radius = r,
+                                         .min_neighbors = least,
+                                         .threads = how.threads,
+                                         .monitor = how.monitor});
         });
       }}},
     {"random",
      {"random=COUNT or COUNT:SEED: keep some points, drawn at random",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(1, 2, "random=COUNT or random=COUNT:SEED");
         const auto seed = static_cast<std::uint64_t>(a.size() > 1 ? a.count(1) : 0);
-        return on_clouds([n = a.count(0), seed](auto&& c, const execution&) {
-          return random_sample(c, n, seed);
-        });
+        return always(random_sample(a.count(0), seed));
       }}},
     {"uniform",
      {"uniform=COUNT: keep some points, at equal steps",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(1, 1, "uniform=COUNT");
-        return on_clouds(
-            [n = a.count(0)](auto&& c, const execution&) { return uniform_sample(c, n); });
+        return always(uniform_sample(a.count(0)));
       }}},
     {"farthest",
      {"farthest=COUNT: keep some points, each the farthest from those before",
-      [](const arguments& a) -> tool_step {
+      [](const arguments& a) {
         a.expect_size(1, 1, "farthest=COUNT");
-        return on_clouds([n = a.count(0)](auto&& c, const execution& how) {
-          return farthest_point_sample(c, n, {.threads = how.threads, .monitor = how.monitor});
+        return step_made_by([n = a.count(0)](const execution& how) {
+          return farthest_point_sample(n, {.threads = how.threads, .monitor = how.monitor});
         });
+      }}},
+    {"take",
+     {"take=COUNT: keep the first points",
+      [](const arguments& a) {
+        a.expect_size(1, 1, "take=COUNT");
+        return always(take(a.count(0)));
+      }}},
+    {"stride",
+     {"stride=N: keep every N-th point",
+      [](const arguments& a) {
+        a.expect_size(1, 1, "stride=N");
+        return always(stride(a.count(0)));
       }}},
 };
 

@@ -60,6 +60,8 @@ expect 0 'status: "converged"' "$cilantro" align a.xyz scan.ply --voxel 0.03 --m
 
 expect 0 'normals=knn:10' "$cilantro" run scan.ply invalid voxel=0.05 outliers=20:2.0 normals=knn:10 \
   orient=knn:10 -o out.ply --picture out.png
+expect 0 '' "$cilantro" run out.ply crop=-9:-9:-9:9:9:9 stride=3 take=7 --quiet -o few.xyz
+[ "$(grep -vc '^#' few.xyz)" = 7 ] || fail 'seven points were not kept'
 expect 0 '' "$cilantro" run out.ply random=100:3 farthest=9 uniform=5 lonely=100:1 --quiet -o few.xyz
 [ "$(grep -vc '^#' few.xyz)" = 5 ] || fail 'five points were not kept'
 head -c 4 out.png | grep -q PNG || fail 'the picture is no PNG file'

@@ -397,11 +397,11 @@ struct farthest_points {
 };
 /// `count` points of the cloud, each the farthest from all selected before it, in that order. See
 /// `farthest_point_sample` for points.
-export template <PointCloud C>
-[[nodiscard]] std::remove_cvref_t<C> farthest_point_sample(
-    C&& cloud, index_t count, const farthest_point_options& options = {},
-    removed_indices removed = nullptr) {
-  return keep_chosen(std::forward<C>(cloud), farthest_points{count, options, removed});
+export template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> farthest_point_sample(const point_cloud<S, D>& cloud, index_t count,
+                                                      const farthest_point_options& options = {},
+                                                      removed_indices removed = nullptr) {
+  return keep_chosen(cloud, farthest_points{count, options, removed});
 }
 export [[nodiscard]] inline auto farthest_point_sample(index_t count,
                                                        farthest_point_options options = {},

@@ -149,7 +149,7 @@ class ransac_search {
       : family_{family}, options_{options}, size_{family.size()} {
     expect_sensible(options);
     expects(family.sample_size() > 0, "ransac: sample_size() must be positive");
-    for (index_t i = 0; i < size_; ++i) left_.push_back(i);
+    for (index_t i = 0; i < size_; ++i) left_.push_back(static_cast<std::int32_t>(i));
   }
 
   /// The best model, or nothing. `round` makes the samples differ from those of other rounds.
@@ -225,7 +225,7 @@ class ransac_search {
   [[nodiscard]] index_list inliers(const model_type& model, index_t step = 1) const {
     index_list found;
     std::array<scalar, score_block_size> room;
-    std::array<index_t, score_block_size> some;
+    std::array<std::int32_t, score_block_size> some;
     const double limit = options_.max_residual;
     for (index_t first = 0; first < size_; first += step * score_block_size) {
       const auto size = static_cast<std::size_t>(std::min(score_block_size, size_ - first));
@@ -234,7 +234,7 @@ class ransac_search {
       std::size_t count = 0;
       // Without a branch: the processor could not predict which data agree.
       for (std::size_t k = 0; k < size; ++k) {
-        some[count] = first + static_cast<index_t>(k);
+        some[count] = static_cast<std::int32_t>(first + static_cast<index_t>(k));
         count += double(room[k]) <= limit && (mask.empty() || mask[k]);
       }
       found.insert(found.end(), some.begin(), some.begin() + static_cast<index_t>(count));
@@ -265,7 +265,7 @@ auto ransac_search<F>::draw(std::uint64_t round, index_t iteration, const candid
   auto sample = distinct_sample(
       std::ssize(left_), family_.sample_size(),
       random_stream{options_.seed, (round << 40) + static_cast<std::uint64_t>(iteration)});
-  for (index_t& i : sample) i = left_[i];
+  for (auto& i : sample) i = left_[i];
   auto model = family_.fit(sample);
   if (!model || preview_.empty() || !best.model) return model;
   index_t agree = 0;

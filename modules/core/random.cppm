@@ -64,12 +64,13 @@ export class random_stream {
 };
 
 /// `count` different indices out of [0, n), increasing; every such set is equally likely. Throws
-/// `invalid_input` unless 0 <= count <= n. O(count²) for counts up to 256, O(n) beyond.
+/// `invalid_input` unless 0 <= count <= n < 2³¹. O(count²) for counts up to 256, O(n) beyond.
 /// Source: Floyd's algorithm (Bentley & Floyd 1987).
-export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, index_t count,
-                                                                 random_stream random) {
+export [[nodiscard]] inline index_list distinct_sample(index_t n, index_t count,
+                                                       random_stream random) {
   expects(0 <= count && count <= n, "distinct_sample: count must be between 0 and n");
-  std::vector<index_t> sample;
+  expects(n <= std::numeric_limits<std::int32_t>::max(), "distinct_sample: n must be below 2^31");
+  index_list sample;
   sample.reserve(count);
   // For the few indices of a typical sample, a sorted vector is faster than any set.
   if (count > 256) {
@@ -79,16 +80,16 @@ export [[nodiscard]] inline std::vector<index_t> distinct_sample(index_t n, inde
       taken[taken[i] ? j : i] = true;
     }
     for (index_t i = 0; i < n; ++i)
-      if (taken[i]) sample.push_back(i);
+      if (taken[i]) sample.push_back(static_cast<std::int32_t>(i));
     return sample;
   }
   for (index_t j = n - count; j < n; ++j) {
     const index_t i = random.below(j + 1);
     const auto place = std::ranges::lower_bound(sample, i);
     if (place == sample.end() || *place != i)
-      sample.insert(place, i);
+      sample.insert(place, static_cast<std::int32_t>(i));
     else
-      sample.push_back(j);
+      sample.push_back(static_cast<std::int32_t>(j));
   }
   return sample;
 }

@@ -45,7 +45,7 @@ isomap_result isomap(const neighborhoods<S>& graph, const embedding_options& opt
   for (index_t c = 1; c < result.components; ++c)
     if (sizes[c] > sizes[largest]) largest = c;
   for (index_t i = 0; i < graph.size(); ++i)
-    if (component[i] == largest) result.kept.push_back(i);
+    if (component[i] == largest) result.kept.push_back(static_cast<std::int32_t>(i));
   if (result.kept.empty()) return result;
 
   Eigen::MatrixXd lengths = shortest_paths(both_ways, {options.threads, options.monitor});

@@ -201,7 +201,7 @@ class minimum_determinant {
 
 }  // namespace
 
-std::vector<std::int32_t> all_indices(index_t size) {
+index_list all_indices(index_t size) {
   expects(size <= std::numeric_limits<std::int32_t>::max(),
           "mean_and_covariance: at most 2^31 - 1 points can be indexed");
   std::vector<std::int32_t> all(size);

@@ -18,11 +18,11 @@ constexpr index_t picked_block_size = 512;
 
 /// The member of each group with the least of what `rank_of_group(members)` returns a function for.
 template <class F>
-std::vector<std::int32_t> least_of_groups(index_t size, const point_groups& groups,
-                                          const execution& how, F rank_of_group) {
+index_list least_of_groups(index_t size, const point_groups& groups, const execution& how,
+                           F rank_of_group) {
   expects(std::ranges::all_of(groups.members, [&](std::int32_t i) { return 0 <= i && i < size; }),
           "groups: a member is not one of the points");
-  std::vector<std::int32_t> picked(groups.size());
+  index_list picked(groups.size());
   parallel_blocks(groups.size(), picked_block_size, how, [&](index_t, index_t begin, index_t end) {
     for (index_t g = begin; g < end; ++g) {
       const auto members = groups[g];
@@ -43,8 +43,8 @@ std::vector<std::int32_t> least_of_groups(index_t size, const point_groups& grou
 
 }  // namespace
 
-std::vector<std::int32_t> first_of_groups(const point_groups& groups) {
-  std::vector<std::int32_t> first;
+index_list first_of_groups(const point_groups& groups) {
+  index_list first;
   for (index_t g = 0; g < groups.size(); ++g) {
     expects(!groups[g].empty(), "groups: a group has no member to pick");
     first.push_back(groups[g].front());
@@ -53,10 +53,8 @@ std::vector<std::int32_t> first_of_groups(const point_groups& groups) {
 }
 
 template <Scalar S, int D>
-std::vector<std::int32_t> closed_nearest_to_centers(points_view<S, D> points,
-                                                    const point_groups& groups,
-                                                    const cell_layout<D>& layout,
-                                                    const execution& how) {
+index_list closed_nearest_to_centers(points_view<S, D> points, const point_groups& groups,
+                                     const cell_layout<D>& layout, const execution& how) {
   return least_of_groups(points.size(), groups, how, [&](std::span<const std::int32_t> members) {
     const point_vector<double, D> cell =
         voxel_of<S, D>(points[members.front()], layout).template cast<double>();
@@ -69,8 +67,8 @@ std::vector<std::int32_t> closed_nearest_to_centers(points_view<S, D> points,
 }
 
 template <Scalar S, int D>
-std::vector<std::int32_t> closed_medoids(points_view<S, D> normals, const point_groups& groups,
-                                         const execution& how) {
+index_list closed_medoids(points_view<S, D> normals, const point_groups& groups,
+                          const execution& how) {
   // Σⱼ sin²(i, j) = m − nᵢᵀ (Σⱼ nⱼ nⱼᵀ) nᵢ: all pairs of a cell at the cost of one pass.
   using matrix = Eigen::Matrix<double, D, D>;
   const auto is_known = [&](std::int32_t i) {
@@ -91,11 +89,11 @@ std::vector<std::int32_t> closed_medoids(points_view<S, D> normals, const point_
   });
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                                \
-  template std::vector<std::int32_t> closed_nearest_to_centers<S, D>(                             \
-      points_view<S, D>, const point_groups&, const cell_layout<D>&, const execution&);           \
-  template std::vector<std::int32_t> closed_medoids<S, D>(points_view<S, D>, const point_groups&, \
-                                                          const execution&);
+#define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template index_list closed_nearest_to_centers<S, D>(points_view<S, D>, const point_groups&,   \
+                                                      const cell_layout<D>&, const execution&); \
+  template index_list closed_medoids<S, D>(points_view<S, D>, const point_groups&,              \
+                                           const execution&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

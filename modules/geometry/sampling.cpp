@@ -30,28 +30,27 @@ struct farthest {
 
 }  // namespace
 
-std::vector<std::int32_t> random_indices(index_t size, index_t count, std::uint64_t seed) {
+index_list random_indices(index_t size, index_t count, std::uint64_t seed) {
   expect_sample(size, count);
-  const auto sample = distinct_sample(size, std::min(count, size), random_stream{seed});
-  return {sample.begin(), sample.end()};
+  return distinct_sample(size, std::min(count, size), random_stream{seed});
 }
 
-std::vector<std::int32_t> uniform_indices(index_t size, index_t count) {
+index_list uniform_indices(index_t size, index_t count) {
   expect_sample(size, count);
   count = std::min(count, size);
-  std::vector<std::int32_t> sample;
+  index_list sample;
   for (index_t i = 0; i < count; ++i) sample.push_back(static_cast<std::int32_t>(i * size / count));
   return sample;
 }
 
 template <Scalar S, int D>
-std::vector<std::int32_t> closed_farthest_points(points_view<S, D> points, index_t count,
-                                                 const farthest_point_options& options) {
+index_list closed_farthest_points(points_view<S, D> points, index_t count,
+                                  const farthest_point_options& options) {
   const index_t n = points.size();
   expect_sample(n, count);
   expects(n == 0 || (0 <= options.first && options.first < n),
           "farthest_point_sample: the first point is not one of the points");
-  std::vector<std::int32_t> sample;
+  index_list sample;
   // How far each point is from those chosen: −1 once it is one of them, or if it can never be.
   std::vector<double> distance(static_cast<std::size_t>(n),
                                std::numeric_limits<double>::infinity());
@@ -83,9 +82,9 @@ std::vector<std::int32_t> closed_farthest_points(points_view<S, D> points, index
   }
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                            \
-  template std::vector<std::int32_t> closed_farthest_points<S, D>(points_view<S, D>, index_t, \
-                                                                  const farthest_point_options&);
+#define CILANTRO_INSTANTIATE(S, D)                                             \
+  template index_list closed_farthest_points<S, D>(points_view<S, D>, index_t, \
+                                                   const farthest_point_options&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -152,7 +152,7 @@ TEST_CASE("coordinates with and without an origin are not mixed") {
 TEST_CASE("a family that needs normals takes them of the cloud") {
   const point_cloud<double, 3> cloud = test::bumpy_surface<test::d3>(300);
   const cylinder_family of_cloud{cloud}, of_both{cloud.points, cloud.normals};
-  const std::vector<index_t> pair{3, 70};
+  const index_list pair{3, 70};
   CHECK(of_cloud.fit(pair)->radius == of_both.fit(pair)->radius);
   const point_cloud<double, 3> bare{.points = cloud.points};
   CHECK_THROWS_AS((void)cylinder_family{bare}, invalid_input);

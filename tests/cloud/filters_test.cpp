@@ -47,12 +47,12 @@ Eigen::Matrix3Xd world(const point_cloud<float, 3>& cloud) {
 TEST_CASE_TEMPLATE("each filter keeps what the function on points says, and tells what it removed",
                    T, ALL_SPACES) {
   const auto cloud = numbered_cloud<T>(300);
-  std::vector<index_t> removed;
+  index_list removed;
   const auto check = [&](const auto& filtered, std::vector<std::int32_t> kept) {
     CHECK(numbers_of(filtered) == kept);
-    std::vector<index_t> rest;
+    index_list rest;
     for (std::int32_t i = 0; i < 300; ++i)
-      if (std::ranges::find(kept, i) == kept.end()) rest.push_back(i);
+      if (std::ranges::find(kept, i) == kept.end()) rest.push_back(std::int32_t(i));
     CHECK(removed == rest);
   };
   check(cloud | remove_statistical_outliers({.neighbors = 8, .deviations = 1}, &removed),

@@ -109,7 +109,7 @@ TEST_CASE("sizes and seeds choose among the components") {
   CHECK(sizes({.min_cluster_size = 2}) == std::vector<index_t>{5, 3});
   CHECK(sizes({.min_cluster_size = 2, .max_cluster_size = 3}) == std::vector<index_t>{3});
   CHECK(sizes({.seeds = {{6, 7, 8}}}) == std::vector<index_t>{3, 1});
-  CHECK(sizes({.seeds = std::vector<index_t>{}}).empty());
+  CHECK(sizes({.seeds = index_list{}}).empty());
   CHECK_THROWS_AS((void)sizes({.seeds = {{9}}}), invalid_input);
   CHECK_THROWS_AS((void)sizes({.min_cluster_size = -1}), invalid_input);
 }

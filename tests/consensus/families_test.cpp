@@ -15,9 +15,9 @@ using namespace cilantro;
 
 namespace {
 
-std::vector<index_t> all_of_set(index_t n) {
-  std::vector<index_t> indices;
-  for (index_t i = 0; i < n; ++i) indices.push_back(i);
+index_list all_of_set(index_t n) {
+  index_list indices;
+  for (index_t i = 0; i < n; ++i) indices.push_back(std::int32_t(i));
   return indices;
 }
 
@@ -272,9 +272,9 @@ int worse_than(const std::optional<M>& found, const M& truth, const auto& points
   return !found || squares(*found) > 1.001 * squares(truth);
 }
 
-std::vector<index_t> first_indices(index_t n) {
-  std::vector<index_t> all;
-  for (index_t i = 0; i < n; ++i) all.push_back(i);
+index_list first_indices(index_t n) {
+  index_list all;
+  for (index_t i = 0; i < n; ++i) all.push_back(std::int32_t(i));
   return all;
 }
 

@@ -119,16 +119,16 @@ TEST_CASE("the table of a scene is its plane, and what stands on it are its comp
   for (const std::string scene : {"learn0", "learn33"}) {
     const auto cloud = read_pcd<float>(*folder / (scene + ".pcd"));
     const auto labels = cloud.attribute_as<std::uint32_t>("label");
-    std::map<std::uint32_t, std::vector<index_t>> truth;
+    std::map<std::uint32_t, index_list> truth;
     for (index_t i = 0; i < cloud.size(); ++i)
       if (labels[std::size_t(i)] > 0) {
         const auto l = labels[std::size_t(i)];
-        truth[l < 10 ? 1 : l].push_back(i);
+        truth[l < 10 ? 1 : l].push_back(std::int32_t(i));
       }
-    const auto overlap = [](std::vector<index_t> a, std::vector<index_t> b) {
+    const auto overlap = [](index_list a, index_list b) {
       std::ranges::sort(a);
       std::ranges::sort(b);
-      std::vector<index_t> both;
+      index_list both;
       std::ranges::set_intersection(a, b, std::back_inserter(both));
       return double(both.size()) / double(a.size() + b.size() - both.size());
     };
@@ -141,9 +141,9 @@ TEST_CASE("the table of a scene is its plane, and what stands on it are its comp
       return is_finite(cloud.points.col(i)) &&
              side * plane->model.signed_distance(cloud.points.col(i)) > 0.012;
     };
-    std::vector<index_t> above;
+    index_list above;
     for (index_t i = 0; i < cloud.size(); ++i)
-      if (rest(i)) above.push_back(i);
+      if (rest(i)) above.push_back(std::int32_t(i));
     const auto objects = select(cloud, above);
     const auto parts = connected_components(objects, radius{0.01}, {.min_cluster_size = 300});
     double sum = 0;
@@ -151,7 +151,7 @@ TEST_CASE("the table of a scene is its plane, and what stands on it are its comp
       double best = label == 1 ? overlap(members, plane->inliers) : 0;
       index_t size = label == 1 ? std::ssize(plane->inliers) : 0;
       for (index_t c = 0; label != 1 && c < parts.size(); ++c) {
-        std::vector<index_t> found;
+        index_list found;
         for (const auto p : parts[c]) found.push_back(above[std::size_t(p)]);
         const double iou = overlap(members, found);
         if (iou > best) {

@@ -52,13 +52,13 @@ TEST_CASE_TEMPLATE("a hyperplane is found among outliers, and its inliers are th
       REQUIRE(found);
       CHECK(found->model.normal.dot(true_normal<T>()) > std::cos(0.01));
       CHECK(std::ssize(found->inliers) >= 120);
-      std::vector<index_t> recount;
+      index_list recount;
       double squares = 0;
       for (index_t i = 0; i < points.cols(); ++i) {
         const double r = std::abs(found->model.normal.dot(points.col(i).template cast<double>()) +
                                   found->model.offset);
         if (r > 0.02) continue;
-        recount.push_back(i);
+        recount.push_back(std::int32_t(i));
         squares += r * r;
       }
       CHECK(found->inliers == recount);
@@ -192,7 +192,7 @@ TEST_CASE_TEMPLATE("every vector target finds the same planes, also among what i
     const ransac_options options{
         .max_residual = 0.02, .score = by, .confidence = 1, .max_iterations = 50};
     std::vector<double> scores;
-    std::vector<std::vector<index_t>> inliers;
+    std::vector<index_list> inliers;
     for (const auto target : test::available_targets()) {
       CAPTURE(name_of(target));
       const test::using_target use{target};

@@ -67,7 +67,7 @@ TEST_CASE("a sample has different indices, ascending, and each is as likely as t
       CHECK(std::ranges::adjacent_find(sample, std::ranges::greater_equal{}) == sample.end());
       CHECK(std::ranges::all_of(sample, [](index_t i) { return 0 <= i && i < 1000; }));
     }
-  std::map<std::vector<index_t>, int> seen;
+  std::map<index_list, int> seen;
   for (std::uint64_t i = 0; i < 30'000; ++i) ++seen[distinct_sample(5, 2, random_stream{9, i})];
   CHECK(seen.size() == 10);
   for (const auto& [sample, count] : seen) CHECK(std::abs(count - 3000) < 260);

@@ -342,7 +342,7 @@ TEST_CASE("an observer sees each iteration, and a stop ends the loop where it is
       align(source, target,
             {.tolerance = 0,
              .observer =
-                 [&](const icp_iteration<Eigen::Isometry3d>& now) {
+                 [&](const align_iteration& now) {
                    CHECK(now.number == std::ssize(residuals) + 1);
                    residuals.push_back(now.fit.residual);
                    if (now.number == 3) stop.request_stop();

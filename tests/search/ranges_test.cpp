@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Which concepts of the standard library the types of this module model.
+#include <algorithm>
 #include <concepts>
 #include <iterator>
 #include <ranges>

@@ -30,13 +30,13 @@ class CheckFigures(unittest.TestCase):
             self.assertIn(part, sentence)
 
     def test_accepts_what_was_measured_as_it_is_rounded(self):
-        self.expect("2.1 to 7.7", "5 to 46", "0.36")
-        self.expect("2 to 8", "5.2 to 45.6", "0.4")
+        self.expect("3.0 to 7.7", "5 to 46", "0.36")
+        self.expect("3 to 8", "5.2 to 45.6", "0.4")
 
     def test_refuses_other_figures(self):
-        self.expect("1.9 to 7.7", "5 to 46", "0.4", "2.1 to 7.7")
-        self.expect("2 to 8", "5 to 45", "0.4", "5.2 to 45.6")
-        self.expect("2 to 8", "5 to 46", "0.3", "0.36 s")
+        self.expect("2.1 to 7.7", "5 to 46", "0.4", "3.0 to 7.7")
+        self.expect("3 to 8", "5 to 45", "0.4", "5.2 to 45.6")
+        self.expect("3 to 8", "5 to 46", "0.3", "0.36 s")
 
     def test_refuses_what_it_cannot_find(self):
         self.assertIn("no row", list(violations("**Fast**: cooking 2 to 3 times [measured]", PERFORMANCE))[0])

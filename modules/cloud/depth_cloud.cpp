@@ -14,7 +14,7 @@ namespace {
 template <Scalar S>
 point_cloud<S, 3> organized_cloud(const image<S>& depth, const pinhole_camera<S>& camera,
                                   const depth_cloud_options& options) {
-  const execution how{.threads = options.threads};
+  const execution how{options.threads, options.monitor};
   point_cloud<S, 3> cloud;
   cloud.points = unproject(depth, camera, depth_scale{}, how);
   if (options.normals) cloud.normals = organized_normals(cloud.points, camera, how);
@@ -36,7 +36,7 @@ template <Scalar S>
 point_cloud<S, 3> closed_depth_cloud(const image<S>& depth, const pinhole_camera<S>& camera,
                                      const depth_cloud_options& options) {
   if (!options.organized && !options.normals)
-    return {.points = unproject_known(depth, camera, {.threads = options.threads})};
+    return {.points = unproject_known(depth, camera, {options.threads, options.monitor})};
   return finished(organized_cloud(depth, camera, options), options);
 }
 

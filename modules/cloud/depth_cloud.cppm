@@ -18,7 +18,14 @@ export struct depth_cloud_options {
   /// the image; otherwise they are left out.
   bool organized = false;
   int threads = 0;
+  task_monitor monitor = {};
 };
+
+/// The options with one monitor for all passes: depths, points, and normals.
+[[nodiscard]] inline depth_cloud_options in_passes(depth_cloud_options options) {
+  options.monitor = in_passes(options.monitor, options.normals ? 3 : 2);
+  return options;
+}
 
 template <Scalar S>
 point_cloud<S, 3> closed_depth_cloud(const image<S>& depth, const pinhole_camera<S>& camera,
@@ -31,8 +38,9 @@ export template <Scalar S, ImageSource I, DepthConverter<pixel_of<I>> F = depth_
 [[nodiscard]] point_cloud<S, 3> cloud_from_depth(const I& depth, const pinhole_camera<S>& camera,
                                                  const depth_cloud_options& options = {},
                                                  const F& convert = {}) {
-  return closed_depth_cloud(to_depth<S>(depth, convert, {.threads = options.threads}), camera,
-                            options);
+  const auto passes = in_passes(options);
+  return closed_depth_cloud(to_depth<S>(depth, convert, {passes.threads, passes.monitor}), camera,
+                            passes);
 }
 
 template <Scalar S>
@@ -49,8 +57,9 @@ export template <Scalar S, ImageSource I, ImageSource C,
                                                 const pinhole_camera<S>& camera,
                                                 const depth_cloud_options& options = {},
                                                 const F& convert = {}) {
-  return closed_color_cloud(to_depth<S>(depth, convert, {.threads = options.threads}),
-                            image_view{colors}, camera, options);
+  const auto passes = in_passes(options);
+  return closed_color_cloud(to_depth<S>(depth, convert, {passes.threads, passes.monitor}),
+                            image_view{colors}, camera, passes);
 }
 
 /// A function that converts depth images of one camera to clouds, for `std::views::transform` over

@@ -38,13 +38,24 @@ T& accumulate_frames(T& sink, R&& frames) {
 }
 
 /// Ends a sequence of frames: `frames | each(prepare) | accumulate_into(map)` passes each frame to
-/// `map`, in order, and returns `map`. See `SinkFor`. After an exception, the sink has received the
-/// frames before it; a cloud is unchanged.
+/// `map`, in order, and returns `map`. A temporary, such as a lambda, is copied for each use, and
+/// the copy is returned. See `SinkFor`. After an exception, the sink has received the frames before
+/// it; a cloud is unchanged.
 export template <class T>
 [[nodiscard]] auto accumulate_into(T& sink [[clang::lifetimebound]]) {
   return range_closure{[&sink]<std::ranges::input_range R>(R&& frames) -> T&
                          requires SinkFor<T, std::ranges::range_reference_t<R>>
                        { return accumulate_frames(sink, std::forward<R>(frames)); }};
+}
+export template <class T>
+  requires(!std::is_lvalue_reference_v<T>)
+[[nodiscard]] auto accumulate_into(T&& sink) {
+  return range_closure{[sink = std::move(sink)]<std::ranges::input_range R>(R&& frames) -> T
+                         requires SinkFor<T, std::ranges::range_reference_t<R>>
+                       {
+                         T copy = sink;
+                         return std::move(accumulate_frames(copy, std::forward<R>(frames)));
+                       }};
 }
 
 }  // namespace cilantro

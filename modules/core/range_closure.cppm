@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <version>
-#if defined(__cpp_lib_ranges) && __cpp_lib_ranges >= 202202L
-#define CILANTRO_STANDARD_CLOSURES
-#endif
+#include "core/feature_macros.hpp"
 export module cilantro.core:range_closure;
 
 import cilantro.standard;

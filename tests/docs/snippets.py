@@ -16,6 +16,7 @@ import sys
 import tempfile
 
 PRELUDE = """
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <ranges>
+#include <stop_token>
 #include <vector>
 
 #include "spaces.hpp"
@@ -215,6 +216,30 @@ TEST_CASE("depth that does not fit 16 bits is unknown") {
   depth(3, 0) = -1;
   depth(4, 0) = 0.0005001f;
   CHECK(quantize_depth(depth).pixels() == std::vector<std::uint16_t>{65534, 0, 0, 0, 1});
+}
+
+TEST_CASE("making a cloud of a depth image can be watched and stopped") {
+  const auto frame = simulate(0, {.width = 64, .height = 48});
+  const image<rgb> colors{64, 48};
+  for (const bool normals : {false, true})
+    for (const bool organized : {false, true}) {
+      std::vector<double> shares;
+      const auto watch = [&](double share) { shares.push_back(share); };
+      const depth_cloud_options options{
+          .normals = normals, .organized = organized, .threads = 1, .monitor = {watch, {}}};
+      (void)cloud_from_depth(frame.depth, frame.camera, options);
+      CHECK((std::ranges::is_sorted(shares) && shares.back() == 1));
+      shares.clear();
+      (void)cloud_from_rgbd(frame.depth, colors, frame.camera, options);
+      CHECK((std::ranges::is_sorted(shares) && shares.back() == 1));
+      std::stop_source stop;
+      stop.request_stop();
+      CHECK_THROWS_AS((void)cloud_from_depth(frame.depth, frame.camera,
+                                             {.normals = normals,
+                                              .organized = organized,
+                                              .monitor = {.stop = stop.get_token()}}),
+                      cancelled);
+    }
 }
 
 TEST_CASE("frames go through the standard views") {

@@ -15,6 +15,7 @@ module;
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -46,6 +47,7 @@ using std::array;
 using std::atomic_ref;
 using std::basic_string;
 using std::byte;
+using std::exception_ptr;
 using std::function;
 using std::holds_alternative;
 using std::initializer_list;
@@ -77,19 +79,24 @@ using std::uint16_t;
 using std::uint32_t;
 using std::uint64_t;
 using std::uint8_t;
+using std::uintptr_t;
 
 using std::conditional_t;
 using std::index_sequence;
 using std::index_sequence_for;
 using std::invoke_result_t;
 using std::is_lvalue_reference_v;
+using std::is_nothrow_move_constructible_v;
 using std::remove_cvref_t;
 using std::remove_reference_t;
 using std::type_identity_t;
 
 using std::convertible_to;
 using std::copy_constructible;
+using std::constructible_from;
 using std::copyable;
+using std::floating_point;
+using std::movable;
 using std::derived_from;
 using std::integral;
 using std::invocable;
@@ -115,6 +122,7 @@ using std::cmp_greater_equal;
 using std::cmp_less;
 using std::construct_at;
 using std::copy_n;
+using std::current_exception;
 using std::declval;
 using std::erase_if;
 using std::exchange;
@@ -146,6 +154,7 @@ using std::move;
 using std::nextafter;
 using std::nullopt;
 using std::pow;
+using std::rethrow_exception;
 using std::remainder;
 using std::sin;
 using std::sqrt;

@@ -151,7 +151,7 @@ const std::map<std::string, std::pair<const char*, maker>, std::less<>> makers{
       [](const arguments& a) {
         a.expect_size(1, 2, "random=COUNT or random=COUNT:SEED");
         const auto seed = static_cast<std::uint64_t>(a.size() > 1 ? a.count(1) : 0);
-        return always(random_sample(a.count(0), seed));
+        return always(random_sample(a.count(0), {.seed = seed}));
       }}},
     {"uniform",
      {"uniform=COUNT: keep some points, at equal steps",

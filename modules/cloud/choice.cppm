@@ -18,8 +18,11 @@ namespace cilantro {
 /// step that chooses. Position k of the choice holds the point with index `choice[k]`.
 export class chosen_points {
  public:
-  /// All points of a cloud of `size`. Precondition: `size` is at most 2³¹ − 1.
-  explicit chosen_points(index_t size) : size_{size} {}
+  /// All points of a cloud of `size`. Throws `invalid_input` for more than 2³¹ − 1.
+  explicit chosen_points(index_t size) : size_{size} {
+    expects(size <= std::numeric_limits<std::int32_t>::max(),
+            "a cloud of more than 2^31 - 1 points cannot be chosen from");
+  }
 
   [[nodiscard]] index_t size() const { return is_everything_ ? size_ : std::ssize(points_); }
   /// The index of the point at position `k`. Precondition: 0 <= k < size().
@@ -81,12 +84,49 @@ export class chosen_points {
 
 template <Scalar S, int D>
 point_matrix<S, D> gather_columns(points_view<S, D> all, std::span<const std::int32_t> indices);
+/// Moves the columns of ascending `indices` to the front.
 template <Scalar S, int D>
-point_cloud<S, D> gather(const point_cloud<S, D>& cloud, std::span<const std::int32_t> indices);
-/// As above, where the cloud is no longer needed: uses its memory, if the points stay in their
-/// order.
+void move_to_front(mutable_points_view<S, D> columns, std::span<const std::int32_t> indices);
+/// Keeps the values of ascending `indices`.
+void keep_in_place(attribute& all, std::span<const std::int32_t> indices);
+
+/// The points of these indices, with all that belongs to them.
 template <Scalar S, int D>
-point_cloud<S, D> gather(point_cloud<S, D>&& cloud, std::span<const std::int32_t> indices);
+[[nodiscard]] point_cloud<S, D> gather(const point_cloud<S, D>& cloud,
+                                       std::span<const std::int32_t> indices) {
+  constexpr int C = closed_dimension<D>;
+  point_cloud<S, D> selected;
+  selected.points = gather_columns<S, C>(as_points(cloud.points), indices);
+  if (cloud.has_normals())
+    selected.normals = gather_columns<S, C>(as_points(cloud.normals), indices);
+  if (cloud.has_colors())
+    selected.colors = gather_columns<float, 3>(as_points(cloud.colors), indices);
+  for (const auto& a : cloud.attributes) selected.attributes.push_back(select(a, indices));
+  selected.comments = cloud.comments;
+  selected.origin = cloud.origin;
+  return selected;
+}
+/// As above, of a cloud that is no longer needed: in its own memory, if at least half of the points
+/// stay, in their order.
+template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> gather(point_cloud<S, D>&& cloud,
+                                       std::span<const std::int32_t> indices) {
+  const auto turns = [](std::int32_t i, std::int32_t j) { return i >= j; };
+  if (std::ssize(indices) < cloud.size() / 2 ||
+      std::ranges::adjacent_find(indices, turns) != indices.end())
+    return gather(std::as_const(cloud), indices);
+  const auto keep = [&]<Scalar T, int R>(auto& columns, points_view<T, R>) {
+    move_to_front<T, R>(mutable_points_in(columns), indices);
+    columns.conservativeResize(columns.rows(), std::ssize(indices));
+  };
+  constexpr int C = closed_dimension<D>;
+  keep(cloud.points, points_view<S, C>{});
+  if (cloud.has_normals()) keep(cloud.normals, points_view<S, C>{});
+  if (cloud.has_colors()) keep(cloud.colors, points_view<float, 3>{});
+  for (auto& a : cloud.attributes) keep_in_place(a, indices);
+  cloud.width = cloud.height = 0;
+  return std::move(cloud);
+}
 /// The points of the cloud that are kept, with all that belongs to them.
 template <PointCloud C>
 [[nodiscard]] std::remove_cvref_t<C> gather(C&& cloud, const chosen_points& kept) {
@@ -103,11 +143,19 @@ concept ChoosingStep =
       { step.choose(cloud, kept) } -> std::same_as<void>;
     };
 
+template <class First, class... Rest>
+[[nodiscard]] const char* name_of_first(const First& first, const Rest&...) {
+  if constexpr (requires { static_cast<const char*>(first.name); })
+    return first.name;
+  else
+    return "pipeline";
+}
+
 /// The points that remain after all of `steps`, applied one after the other, with all that belongs
 /// to them.
 template <PointCloud C, class... Steps>
 [[nodiscard]] std::remove_cvref_t<C> keep_chosen(C&& cloud, const Steps&... steps) {
-  expect_consistent(cloud, "pipeline");
+  expect_consistent(cloud, name_of_first(steps...));
   chosen_points kept{cloud.size()};
   (steps.choose(std::as_const(cloud), kept), ...);
   return gather(std::forward<C>(cloud), kept);

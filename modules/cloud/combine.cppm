@@ -23,6 +23,8 @@ export template <Scalar S, int D, AffineMap T>
   requires std::same_as<typename T::Scalar, S> || requires(const T& t) { t.template cast<S>(); }
 [[nodiscard]] point_cloud<S, D> transform(point_cloud<S, D> cloud, const T& transform) {
   expect_consistent(cloud, "transform");
+  expects(is_finite(transform.linear().reshaped()) && is_finite(transform.translation()),
+          "transform: the transform must be finite");
   auto around_origin = [&] {
     if constexpr (std::same_as<typename T::Scalar, S>)
       return transform;

@@ -38,6 +38,7 @@ struct work_ahead::state {
 
   const int ahead;
   const int thread_count = std::min<int>(ahead, std::max(1U, std::thread::hardware_concurrency()));
+  const int threads_each = detail::threads_of_part(thread_count);
   const std::function<bool(index_t)> take;
   const std::function<void(index_t)> work;
 
@@ -77,7 +78,7 @@ std::optional<index_t> work_ahead::state::take_next() {
 }
 
 void work_ahead::state::run() {
-  detail::share_threads(thread_count);
+  detail::use_threads(threads_each);
   while (const auto number = take_next()) {
     std::exception_ptr error;
     try {
@@ -94,6 +95,7 @@ void work_ahead::state::run() {
 work_ahead::work_ahead(int ahead, std::function<bool(index_t)> take,
                        std::function<void(index_t)> work)
     : state_{std::make_unique<state>(ahead, std::move(take), std::move(work))} {
+  state_->threads.reserve(state_->thread_count);
   while (std::ssize(state_->threads) < state_->thread_count) {
     try {
       state_->threads.emplace_back([all = state_.get()] { all->run(); });

@@ -67,7 +67,8 @@ void choose_others(W&& which, chosen_points& kept) {
 template <Scalar S, int D, Region<D> R>
 void choose_in_region(points_view<S, D> points, const point_vector<double, D>& origin,
                       const R& region, bool inside, chosen_points& kept) {
-  if constexpr (requires { region.check(index_t{}); }) region.check(points.dimension());
+  if constexpr (requires { region.check(index_t{}); })
+    if (!points.empty()) region.check(points.dimension());
   kept.keep_if([&](index_t, std::int32_t i) {
     if (!is_finite(points[i])) return false;
     const point_vector<double, D> place = points[i].template cast<double>() + origin;
@@ -81,6 +82,15 @@ template <PointsSource P>
     -> point_matrix<scalar_of<P>, dimension_of<P>> {
   return gather_columns<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points),
                                                                          kept.indices());
+}
+
+/// The points of a matrix that are in a region, or that are not.
+template <PointsSource P, class R>
+[[nodiscard]] auto choose_from_points(const P& points, const R& region, bool inside) {
+  const auto view = points_in(points);
+  chosen_points kept{view.size()};
+  choose_in_region<scalar_of<P>, dimension_of<P>>(view, origin_in(points), region, inside, kept);
+  return gather_points(points, kept);
 }
 
 /// Where a filter writes the indices of the points that it has removed, ascending, counted in the
@@ -133,13 +143,13 @@ export [[nodiscard]] inline auto remove_invalid() {
 
 template <class Which>
 struct points_meant {
-  Which which;
+  assignable<Which> which;
 
   static constexpr const char* name = "select";
   static step_reach reach() { return {.everything = true}; }
   template <PointCloud C>
   void choose(const C&, chosen_points& kept) const {
-    choose_points(which, kept);
+    choose_points(*which, kept);
   }
 };
 
@@ -170,13 +180,13 @@ export template <class Which>
 
 template <class Which>
 struct points_not_meant {
-  Which which;
+  assignable<Which> which;
 
   static constexpr const char* name = "exclude";
   static step_reach reach() { return {.everything = true}; }
   template <PointCloud C>
   void choose(const C&, chosen_points& kept) const {
-    choose_others(which, kept);
+    choose_others(*which, kept);
   }
 };
 
@@ -204,7 +214,7 @@ export template <class Which>
 
 template <class R>
 struct points_in_region {
-  R region;
+  assignable<R> region;
   bool inside;
 
   const char* name = inside ? "crop" : "remove_inside";
@@ -212,30 +222,27 @@ struct points_in_region {
   template <Scalar S, int D>
     requires Region<R, D>
   void choose(const point_cloud<S, D>& cloud, chosen_points& kept) const {
-    choose_in_region<S, D>(as_points(cloud.points), cloud.full_origin(), region, inside, kept);
+    choose_in_region<S, D>(as_points(cloud.points), cloud.full_origin(), *region, inside, kept);
   }
 };
 
 /// A `Region` for points of at least one dimension.
 template <class R>
-concept SomeRegion = Region<R, 2> || Region<R, 3> || Region<R, dynamic>;
+concept SomeRegion = Region<R, 3> || Region<R, dynamic> || Region<R, 2>;
 
 /// The points inside a region, in order. The region is a `box`, a `ball`, `half_spaces`, a struct
 /// with `contains(point)`, or a predicate of a point; the point is in double and in world
 /// coordinates, whatever scalar and origin the cloud has. Points that are not finite are dropped.
 /// Throws what `region.check` throws.
-export template <Scalar S, int D, Region<D> R>
-[[nodiscard]] point_cloud<S, D> crop(const point_cloud<S, D>& cloud, const R& region) {
-  return keep_chosen(cloud, points_in_region<R>{region, true});
+export template <PointCloud C, Region<std::remove_cvref_t<C>::static_dimension> R>
+[[nodiscard]] std::remove_cvref_t<C> crop(C&& cloud, const R& region) {
+  return keep_chosen(std::forward<C>(cloud), points_in_region<R>{region, true});
 }
 /// As above, for points alone.
 export template <PointsSource P, Region<dimension_of<P>> R>
   requires(!PointCloud<P>)
 [[nodiscard]] auto crop(const P& points, const R& region) {
-  const auto view = points_in(points);
-  chosen_points kept{view.size()};
-  choose_in_region<scalar_of<P>, dimension_of<P>>(view, origin_in(points), region, true, kept);
-  return gather_points(points, kept);
+  return choose_from_points(points, region, true);
 }
 /// As above, as a step.
 export template <SomeRegion R>
@@ -244,9 +251,14 @@ export template <SomeRegion R>
 }
 
 /// The finite points outside a region, in order. See `crop`.
-export template <Scalar S, int D, Region<D> R>
-[[nodiscard]] point_cloud<S, D> remove_inside(const point_cloud<S, D>& cloud, const R& region) {
-  return keep_chosen(cloud, points_in_region<R>{region, false});
+export template <PointCloud C, Region<std::remove_cvref_t<C>::static_dimension> R>
+[[nodiscard]] std::remove_cvref_t<C> remove_inside(C&& cloud, const R& region) {
+  return keep_chosen(std::forward<C>(cloud), points_in_region<R>{region, false});
+}
+export template <PointsSource P, Region<dimension_of<P>> R>
+  requires(!PointCloud<P>)
+[[nodiscard]] auto remove_inside(const P& points, const R& region) {
+  return choose_from_points(points, region, false);
 }
 export template <SomeRegion R>
 [[nodiscard]] auto remove_inside(R region) {
@@ -265,8 +277,8 @@ struct first_points {
   }
 };
 /// The step that keeps the first `count` points, or all points if there are fewer.
-export [[nodiscard]] inline auto take(index_t count) {
-  return choosing_step{first_points{count}};
+export [[nodiscard]] inline auto take(std::integral auto count) {
+  return choosing_step{first_points{static_cast<index_t>(count)}};
 }
 
 struct every_nth_point {
@@ -281,8 +293,8 @@ struct every_nth_point {
   }
 };
 /// The step that keeps the first of every `n` points.
-export [[nodiscard]] inline auto stride(index_t n) {
-  return choosing_step{every_nth_point{n}};
+export [[nodiscard]] inline auto stride(std::integral auto n) {
+  return choosing_step{every_nth_point{static_cast<index_t>(n)}};
 }
 
 struct statistical_outliers_of {
@@ -290,6 +302,7 @@ struct statistical_outliers_of {
   removed_indices removed;
 
   static constexpr const char* name = "remove_statistical_outliers";
+  [[nodiscard]] bool writes_outside() const { return removed != nullptr; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>
   void choose(const point_cloud<S, D>& cloud, chosen_points& kept) const {
@@ -314,6 +327,7 @@ struct radius_outliers_of {
   removed_indices removed;
 
   static constexpr const char* name = "remove_radius_outliers";
+  [[nodiscard]] bool writes_outside() const { return removed != nullptr; }
   [[nodiscard]] step_reach reach() const { return {.distance = options.radius}; }
   template <Scalar S, int D>
   void choose(const point_cloud<S, D>& cloud, chosen_points& kept) const {
@@ -334,28 +348,37 @@ export [[nodiscard]] inline auto remove_radius_outliers(radius_outlier_options o
   return choosing_step{radius_outliers_of{std::move(options), removed}};
 }
 
+/// Options of `random_sample`.
+export struct random_sample_options {
+  std::uint64_t seed = 0;  ///< Another one draws other points.
+};
+
 struct random_points {
   index_t count;
-  std::uint64_t seed;
+  random_sample_options options;
   removed_indices removed;
 
   static constexpr const char* name = "random_sample";
+  [[nodiscard]] bool writes_outside() const { return removed != nullptr; }
   static step_reach reach() { return {.everything = true}; }
   template <PointCloud C>
   void choose(const C&, chosen_points& kept) const {
-    keep_and_tell(random_indices(kept.size(), count, seed), removed, kept);
+    keep_and_tell(random_indices(kept.size(), count, options.seed), removed, kept);
   }
 };
 /// `count` random points of the cloud, in order; every set is equally likely. All points if there
 /// are fewer.
 export template <PointCloud C>
-[[nodiscard]] std::remove_cvref_t<C> random_sample(C&& cloud, index_t count, std::uint64_t seed = 0,
+[[nodiscard]] std::remove_cvref_t<C> random_sample(C&& cloud, std::integral auto count,
+                                                   const random_sample_options& options = {},
                                                    removed_indices removed = nullptr) {
-  return keep_chosen(std::forward<C>(cloud), random_points{count, seed, removed});
+  return keep_chosen(std::forward<C>(cloud),
+                     random_points{static_cast<index_t>(count), options, removed});
 }
-export [[nodiscard]] inline auto random_sample(index_t count, std::uint64_t seed = 0,
+export [[nodiscard]] inline auto random_sample(std::integral auto count,
+                                               random_sample_options options = {},
                                                removed_indices removed = nullptr) {
-  return choosing_step{random_points{count, seed, removed}};
+  return choosing_step{random_points{static_cast<index_t>(count), options, removed}};
 }
 
 struct uniform_points {
@@ -363,6 +386,7 @@ struct uniform_points {
   removed_indices removed;
 
   static constexpr const char* name = "uniform_sample";
+  [[nodiscard]] bool writes_outside() const { return removed != nullptr; }
   static step_reach reach() { return {.everything = true}; }
   template <PointCloud C>
   void choose(const C&, chosen_points& kept) const {
@@ -372,12 +396,13 @@ struct uniform_points {
 /// `count` points of the cloud at equal steps of the index. All points if there are fewer. See
 /// `uniform_indices`.
 export template <PointCloud C>
-[[nodiscard]] std::remove_cvref_t<C> uniform_sample(C&& cloud, index_t count,
+[[nodiscard]] std::remove_cvref_t<C> uniform_sample(C&& cloud, std::integral auto count,
                                                     removed_indices removed = nullptr) {
-  return keep_chosen(std::forward<C>(cloud), uniform_points{count, removed});
+  return keep_chosen(std::forward<C>(cloud), uniform_points{static_cast<index_t>(count), removed});
 }
-export [[nodiscard]] inline auto uniform_sample(index_t count, removed_indices removed = nullptr) {
-  return choosing_step{uniform_points{count, removed}};
+export [[nodiscard]] inline auto uniform_sample(std::integral auto count,
+                                                removed_indices removed = nullptr) {
+  return choosing_step{uniform_points{static_cast<index_t>(count), removed}};
 }
 
 struct farthest_points {
@@ -386,6 +411,7 @@ struct farthest_points {
   removed_indices removed;
 
   static constexpr const char* name = "farthest_point_sample";
+  [[nodiscard]] bool writes_outside() const { return removed != nullptr; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>
   void choose(const point_cloud<S, D>& cloud, chosen_points& kept) const {
@@ -398,15 +424,16 @@ struct farthest_points {
 /// `count` points of the cloud, each the farthest from all selected before it, in that order. See
 /// `farthest_point_sample` for points.
 export template <Scalar S, int D>
-[[nodiscard]] point_cloud<S, D> farthest_point_sample(const point_cloud<S, D>& cloud, index_t count,
+[[nodiscard]] point_cloud<S, D> farthest_point_sample(const point_cloud<S, D>& cloud,
+                                                      std::integral auto count,
                                                       const farthest_point_options& options = {},
                                                       removed_indices removed = nullptr) {
-  return keep_chosen(cloud, farthest_points{count, options, removed});
+  return keep_chosen(cloud, farthest_points{static_cast<index_t>(count), options, removed});
 }
-export [[nodiscard]] inline auto farthest_point_sample(index_t count,
+export [[nodiscard]] inline auto farthest_point_sample(std::integral auto count,
                                                        farthest_point_options options = {},
                                                        removed_indices removed = nullptr) {
-  return choosing_step{farthest_points{count, std::move(options), removed}};
+  return choosing_step{farthest_points{static_cast<index_t>(count), std::move(options), removed}};
 }
 
 }  // namespace cilantro

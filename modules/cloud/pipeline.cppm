@@ -23,6 +23,30 @@ concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
 /// see `ChoosingStep`.
 export struct pipeline_step {};
 
+/// A value that can be assigned, also where an F, such as a lambda, cannot.
+template <class F>
+class assignable {
+ public:
+  assignable(F value) : value_{std::move(value)} {}  // NOLINT: a conversion on purpose
+  assignable(const assignable&) = default;
+  assignable(assignable&&) = default;
+  assignable& operator=(const assignable& other) {
+    F copy{*other};  // Which may throw, so it is made first.
+    value_.emplace(std::move(copy));
+    return *this;
+  }
+  assignable& operator=(assignable&& other) noexcept(std::is_nothrow_move_constructible_v<F>) {
+    if (this != &other) value_.emplace(std::move(*other.value_));
+    return *this;
+  }
+  ~assignable() = default;
+
+  const F& operator*() const { return *value_; }
+
+ private:
+  std::optional<F> value_;  // Always there.
+};
+
 /// Parts of a cloud beside its points: `normals` and `colors`.
 export struct cloud_parts {
   bool normals = false, colors = false;
@@ -44,8 +68,13 @@ export struct step_reach {
   friend bool operator==(const step_reach&, const step_reach&) = default;
 };
 
+template <std::derived_from<pipeline_step> T>
+inline constexpr bool composes_with_closures<T> = false;
+
 template <class T>
 inline constexpr bool is_pipeline = false;
+template <class T>
+inline constexpr bool is_function_step = false;
 
 /// A step that `|` can combine with any other step or function.
 export template <class T>
@@ -72,9 +101,10 @@ class pipeline : public pipeline_step {
   explicit pipeline(std::tuple<Steps...> steps) : steps_(std::move(steps)) {}
 
   /// The steps in their order.
-  [[nodiscard]] const std::tuple<Steps...>& steps() const [[clang::lifetimebound]] {
+  [[nodiscard]] const std::tuple<Steps...>& steps() const& [[clang::lifetimebound]] {
     return steps_;
   }
+  [[nodiscard]] std::tuple<Steps...> steps() && { return std::move(steps_); }
 
   /// Sends the cloud through all steps. Throws what the steps throw, and, before any step runs,
   /// `invalid_input` if the cloud lacks a part that one of them needs and no earlier step gives.
@@ -87,10 +117,15 @@ class pipeline : public pipeline_step {
 
   /// The names of the steps, joined by " | ".
   [[nodiscard]] std::string name() const;
-  /// The parts that a step needs and no earlier step gives.
+  /// The parts that a step needs and no earlier step gives; of steps up to the first that says
+  /// nothing of itself, such as a lambda.
   [[nodiscard]] cloud_parts needs() const;
   /// The parts that some step gives.
   [[nodiscard]] cloud_parts gives() const;
+  /// Whether one of the steps does.
+  [[nodiscard]] bool writes_outside() const {
+    return std::apply([](const auto&... step) { return (writes_outside_of(step) || ...); }, steps_);
+  }
   /// The sum of the reaches of the steps; only if all of them have one.
   [[nodiscard]] step_reach reach() const
     requires(requires(const Steps& step) { step.reach(); } && ...);
@@ -141,6 +176,8 @@ export template <class T>
 [[nodiscard]] std::string name_of(const T& step) {
   if constexpr (is_pipeline<T>)
     return step.name();
+  else if constexpr (is_function_step<T>)
+    return name_of(step.function());
   else if constexpr (requires { std::string{step.name}; })
     return std::string{step.name};
   else
@@ -171,6 +208,23 @@ export template <class T>
     return std::nullopt;
 }
 
+/// Whether a step writes to something beside the cloud that it returns, such as a report or a file,
+/// as far as it says: such a step must not be used by several threads at once.
+export template <class T>
+[[nodiscard]] bool writes_outside_of(const T& step) {
+  if constexpr (requires { step.writes_outside(); })
+    return step.writes_outside();
+  else
+    return false;
+}
+
+/// Whether a step says anything of itself. What another one needs or gives is not known.
+template <class T>
+inline constexpr bool describes_itself =
+    requires(const T& step) { step.needs(); } || requires(const T& step) { step.gives(); } ||
+    requires(const T& step) { step.reach(); } ||
+    requires(const T& step) { std::string{step.name}; };
+
 template <class... Steps>
 std::string pipeline<Steps...>::name() const {
   std::string all;
@@ -182,7 +236,10 @@ std::string pipeline<Steps...>::name() const {
 template <class... Steps>
 cloud_parts pipeline<Steps...>::needs() const {
   cloud_parts needed, given;
-  const auto add = [&](const auto& step) {
+  bool is_known = true;
+  const auto add = [&]<class T>(const T& step) {
+    is_known = is_known && describes_itself<T>;
+    if (!is_known) return;
     const auto now = needs_of(step), then = gives_of(step);
     needed.normals |= now.normals && !given.normals;
     needed.colors |= now.colors && !given.colors;
@@ -218,17 +275,6 @@ class step : public pipeline_step {
  public:
   /// Keeps `function`; copies of the step have copies of it.
   explicit step(F function) : function_{std::move(function)} {}
-  step(const step&) = default;
-  step(step&&) = default;
-  step& operator=(const step& other) {
-    if (this != &other) function_.emplace(*other.function_);
-    return *this;
-  }
-  step& operator=(step&& other) noexcept {
-    if (this != &other) function_.emplace(std::move(*other.function_));
-    return *this;
-  }
-  ~step() = default;
 
   template <class C>
     requires StepFor<F, C>
@@ -236,9 +282,41 @@ class step : public pipeline_step {
     return std::invoke(*function_, std::forward<C>(cloud));
   }
 
+  /// What is wrapped.
+  [[nodiscard]] const F& function() const [[clang::lifetimebound]] { return *function_; }
+
+  /// What the wrapped struct says of itself: `needs`, `gives`, `reach`, `writes_outside`, `choose`.
+  [[nodiscard]] cloud_parts needs() const
+    requires requires(const F& f) { f.needs(); }
+  {
+    return function().needs();
+  }
+  [[nodiscard]] cloud_parts gives() const
+    requires requires(const F& f) { f.gives(); }
+  {
+    return function().gives();
+  }
+  [[nodiscard]] step_reach reach() const
+    requires requires(const F& f) { f.reach(); }
+  {
+    return function().reach();
+  }
+  [[nodiscard]] bool writes_outside() const
+    requires requires(const F& f) { f.writes_outside(); }
+  {
+    return function().writes_outside();
+  }
+  template <PointCloud C>
+    requires ChoosingStep<F, C>
+  void choose(const C& cloud, chosen_points& kept) const {
+    function().choose(cloud, kept);
+  }
+
  private:
-  std::optional<F> function_;  // Always there.
+  assignable<F> function_;
 };
+template <class F>
+inline constexpr bool is_function_step<step<F>> = true;
 
 /// A step that only chooses points, by `F::choose`: see `ChoosingStep`.
 export template <class F>
@@ -268,7 +346,7 @@ struct tap_step : F, pipeline_step {
 template <class T>
 [[nodiscard]] auto as_steps(T step_or_line) {
   if constexpr (is_pipeline<T>)
-    return step_or_line.steps();
+    return std::move(step_or_line).steps();
   else if constexpr (PipelineStep<T>)
     return std::tuple<T>{std::move(step_or_line)};
   else
@@ -285,7 +363,8 @@ decltype(auto) operator|(C&& cloud, const F& function) {
 /// The step that applies `first`, then `second`. One of the two may be a function.
 export template <class A, class B>
   requires(PipelineStep<A> || PipelineStep<B>) && (!PointCloud<A>) && (!PointCloud<B>) &&
-          (std::is_class_v<A> || std::is_pointer_v<A>) &&
+          (!std::ranges::range<A>) && (!std::ranges::range<B>) && (!is_range_closure<A>) &&
+          (!is_range_closure<B>) && (std::is_class_v<A> || std::is_pointer_v<A>) &&
           (std::is_class_v<B> || std::is_pointer_v<B>)
 [[nodiscard]] auto operator|(A first, B second) {
   auto all = std::tuple_cat(as_steps(std::move(first)), as_steps(std::move(second)));

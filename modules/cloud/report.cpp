@@ -15,12 +15,13 @@ namespace cilantro {
 void pipeline_report::add(std::string name, index_t points, index_t invalid) {
   stages_.push_back({
       .name = std::move(name),
-      .points_in = stages_.empty() ? points : stages_.back().points_out,
+      .points_in = is_first_ ? points : stages_.back().points_out,
       .points_out = points,
       .invalid_dropped = std::max(index_t{0}, invalid_before_.value_or(invalid) - invalid),
       .milliseconds = std::chrono::duration<double, std::milli>(stopped_ - begun_).count(),
   });
   invalid_before_ = invalid;
+  is_first_ = false;
   begun_ = clock::now();
 }
 

@@ -34,10 +34,17 @@ export class pipeline_report {
   void add(std::string name, index_t points, index_t invalid);
   /// Stops the clock of the current stage, before its result is counted.
   void stop() { stopped_ = clock::now(); }
+  /// Starts over with another cloud, whose first stage has no other before it.
+  void begin() {
+    is_first_ = true;
+    invalid_before_.reset();
+    begun_ = clock::now();
+  }
 
  private:
   using clock = std::chrono::steady_clock;
   std::vector<stage_report> stages_;
+  bool is_first_ = true;
   std::optional<index_t> invalid_before_;
   clock::time_point begun_, stopped_;
 };
@@ -46,11 +53,14 @@ export std::ostream& operator<<(std::ostream& out, const pipeline_report& report
 struct report_tap {
   pipeline_report* report;
   std::string stage;
+  bool is_first = false;
 
   static constexpr const char* name = "report_to";
+  static bool writes_outside() { return true; }
   static step_reach reach() { return {}; }
   template <Scalar S, int D>
   void look(const point_cloud<S, D>& cloud) const {
+    if (is_first) report->begin();
     report->stop();
     report->add(stage, cloud.size(), count_non_finite(cloud.points));
   }
@@ -65,13 +75,12 @@ export [[nodiscard]] inline auto report_to(pipeline_report& report [[clang::life
 
 /// The pipeline with `report_to` after each of its steps, under the step's name, and before the
 /// first, under "input". Steps then run one at a time, never joined in one pass. `report` must
-/// outlive the result.
+/// outlive the result, which may be used for one cloud after another.
 export template <PipelineStep Line>
 [[nodiscard]] auto report_each(pipeline_report& report [[clang::lifetimebound]], Line line) {
+  const tap_step first{report_tap{&report, "input", true}};
   return std::apply(
-      [&](auto... steps) {
-        return (report_to(report, "input") | ... | (steps | report_to(report, name_of(steps))));
-      },
+      [&](auto... steps) { return (first | ... | (steps | report_to(report, name_of(steps)))); },
       as_steps(std::move(line)));
 }
 

@@ -6,6 +6,7 @@ export module cilantro.cloud:sinks;
 import cilantro.standard;
 import cilantro.core;
 import :combine;
+import :each;
 import :point_cloud;
 
 namespace cilantro {
@@ -23,7 +24,11 @@ template <class T, std::ranges::input_range R>
 T& accumulate_frames(T& sink, R&& frames) {
   if constexpr (PointCloud<T>) {
     std::vector<T> more;
-    for (auto&& frame : frames) more.emplace_back(std::forward<decltype(frame)>(frame));
+    for (auto&& frame : frames)
+      if constexpr (hands_frames_over<std::remove_cvref_t<R>>)
+        more.emplace_back(std::move(frame));
+      else
+        more.emplace_back(std::forward<decltype(frame)>(frame));
     std::vector<const T*> parts{&sink};
     for (const T& cloud : more) parts.push_back(&cloud);
     sink = append_parts<typename T::scalar, T::static_dimension>(parts);

@@ -134,6 +134,14 @@ export [[nodiscard]] inline auto orient_to_viewpoint(coordinates viewpoint) {
   return orient_to_viewpoint_step{std::move(viewpoint)};
 }
 
+/// Whether a transform may be one of points of dimension D.
+template <AffineMap T, int D>
+inline constexpr bool same_dimension = [] {
+  constexpr int E =
+      std::remove_cvref_t<decltype(std::declval<const T&>().translation())>::SizeAtCompileTime;
+  return D == dynamic || E == dynamic || D == E;
+}();
+
 /// `transform` of clouds as a step. The member is its argument, the map `by`.
 export template <AffineMap T>
 struct transform_step : pipeline_step {
@@ -144,7 +152,8 @@ struct transform_step : pipeline_step {
   /// How far around a point it looks.
   static step_reach reach() { return {}; }
   template <PointCloud C>
-    requires requires(std::remove_cvref_t<C> cloud, const T& map) { transform(cloud, map); }
+    requires same_dimension<T, std::remove_cvref_t<C>::static_dimension> &&
+             requires(std::remove_cvref_t<C> cloud, const T& map) { transform(cloud, map); }
   std::remove_cvref_t<C> operator()(C&& cloud) const {
     return transform(std::forward<C>(cloud), by);
   }

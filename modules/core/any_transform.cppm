@@ -43,6 +43,7 @@ export class any_transform : public run_time_transform<double, Eigen::Affine> {
     expects(d >= 0 && homogeneous.cols() == d + 1 &&
                 homogeneous.row(d) == Eigen::RowVectorXd::Unit(d + 1, d),
             "the last row of a matrix of homogeneous coordinates must be 0, …, 0, 1");
+    expects(homogeneous.allFinite(), "a matrix of homogeneous coordinates must be finite");
     return {homogeneous.topLeftCorner(d, d), homogeneous.col(d).head(d)};
   }
 };

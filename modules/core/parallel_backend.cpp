@@ -76,8 +76,11 @@ bool run_blocks(const block_job& job) {
   return state.finish();
 }
 
-void share_threads(int parts) {
-  omp_set_num_threads(std::max(1, omp_get_max_threads() / parts));
+int threads_of_part(int parts) {
+  return std::max(1, omp_get_max_threads() / parts);
+}
+void use_threads(int count) {
+  omp_set_num_threads(count);
 }
 
 }  // namespace cilantro::detail

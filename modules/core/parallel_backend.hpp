@@ -21,7 +21,10 @@ struct block_job {
 /// False when the job was stopped early. Rethrows the exception of the lowest block that threw.
 bool run_blocks(const block_job& job);
 
-/// Limits the calling thread to one of `parts` equal parts of the threads that OpenMP would use.
-void share_threads(int parts);
+/// How many threads each of so many equal parts of those has that OpenMP would use here; at least
+/// one.
+int threads_of_part(int parts);
+/// Sets how many threads OpenMP uses where the calling thread leaves the choice to it.
+void use_threads(int count);
 
 }  // namespace cilantro::detail

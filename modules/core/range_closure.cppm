@@ -7,12 +7,26 @@ import cilantro.standard;
 
 namespace cilantro {
 
-#ifdef CILANTRO_STANDARD_CLOSURES
+/// Whether a T may stand beside a closure of ranges in `closure | t`. False for steps of pipelines,
+/// which clouds are sent through and not ranges.
+export template <class T>
+inline constexpr bool composes_with_closures = std::is_class_v<T> && !std::ranges::range<T>;
 
 /// A function of a range that can stand behind `|`: `range | closure` is `closure(range)`, and
-/// `closure | other` applies both, one after the other. A range adaptor closure as in the standard
-/// library, so that the two can be mixed: `each(f) | std::views::take(3)`.
+/// `closure | other` applies both, one after the other. `other` is a closure of this kind or of
+/// `std::views`: `each(f) | std::views::take(3)`. Where the standard library has one, it is a range
+/// adaptor closure of that library.
 export template <class F>
+struct range_closure;
+/// Whether T is a `range_closure`.
+export template <class T>
+inline constexpr bool is_range_closure = false;
+template <class F>
+inline constexpr bool is_range_closure<range_closure<F>> = true;
+
+#ifdef CILANTRO_STANDARD_CLOSURES
+
+template <class F>
 struct range_closure : std::ranges::range_adaptor_closure<range_closure<F>> {
   F function;  ///< The function.
 
@@ -26,17 +40,6 @@ struct range_closure : std::ranges::range_adaptor_closure<range_closure<F>> {
 
 #else
 
-/// A function of a range that can stand behind `|`.
-export template <class F>
-struct range_closure;
-template <class T>
-inline constexpr bool is_range_closure = false;
-template <class F>
-inline constexpr bool is_range_closure<range_closure<F>> = true;
-
-/// A function of a range that can stand behind `|`: `range | closure` is `closure(range)`, and
-/// `closure | other` applies both, one after the other. `other` is a closure of this kind or of
-/// `std::views`: `each(f) | std::views::take(3)`.
 template <class F>
 struct range_closure {
   F function;  ///< The function.
@@ -54,13 +57,13 @@ struct range_closure {
     return closure(std::forward<R>(range));
   }
   template <class G>
-    requires std::is_class_v<G> && (!std::ranges::range<G>)
-  friend constexpr auto operator|(range_closure first, G second) {
+    requires composes_with_closures<G>
+  [[nodiscard]] friend constexpr auto operator|(range_closure first, G second) {
     return compose(std::move(first), std::move(second));
   }
   template <class G>
-    requires std::is_class_v<G> && (!std::ranges::range<G>) && (!is_range_closure<G>)
-  friend constexpr auto operator|(G first, range_closure second) {
+    requires composes_with_closures<G> && (!is_range_closure<G>)
+  [[nodiscard]] friend constexpr auto operator|(G first, range_closure second) {
     return compose(std::move(first), std::move(second));
   }
 

@@ -9,11 +9,16 @@ import :oriented_points;
 
 namespace cilantro {
 
+template <class T>
+inline constexpr bool is_projective = false;
+template <Scalar S, int D, int O>
+inline constexpr bool is_projective<Eigen::Transform<S, D, Eigen::Projective, O>> = true;
+
 /// A map of points `p ↦ linear · p + translation`, of any dimension: every `Eigen::Transform` of
 /// mode `Isometry`, `Affine` or `AffineCompact`, and `run_time_transform`. The transforms that a
 /// registration finds map the source to the target.
 export template <class T>
-concept AffineMap = requires(const T& t) {
+concept AffineMap = !is_projective<T> && requires(const T& t) {
   requires Scalar<typename T::Scalar>;
   { t.linear().rows() } -> std::convertible_to<index_t>;
   { t.translation().size() } -> std::convertible_to<index_t>;

@@ -71,11 +71,12 @@ point_matrix<S, 3> unproject_known(const image<S>& depth, const pinhole_camera<S
                                    const execution& how) {
   expect_size(depth, camera);
   const ray_caster<S> point_at{camera};
+  const auto is_known = [](S z) { return z > 0 && z <= std::numeric_limits<S>::max(); };
   // Where the points of each row begin: counting is cheap, and a thread then writes only its own.
   std::vector<index_t> first(static_cast<std::size_t>(depth.height()) + 1);
   for (int v = 0; v < depth.height(); ++v) {
     index_t count = 0;
-    for (int u = 0; u < depth.width(); ++u) count += depth(u, v) > 0;
+    for (int u = 0; u < depth.width(); ++u) count += is_known(depth(u, v));
     first[static_cast<std::size_t>(v) + 1] = first[v] + count;
   }
   point_matrix<S, 3> points(3, first.back());
@@ -83,7 +84,7 @@ point_matrix<S, 3> unproject_known(const image<S>& depth, const pinhole_camera<S
     index_t i = first[begin];
     for (int v = static_cast<int>(begin); v < static_cast<int>(end); ++v)
       for (int u = 0; u < depth.width(); ++u)
-        if (const S z = depth(u, v); z > 0) points.col(i++) = point_at(u, v, z);
+        if (const S z = depth(u, v); is_known(z)) points.col(i++) = point_at(u, v, z);
   });
   return points;
 }

@@ -317,6 +317,16 @@ void closed_normals_by(points_view<S, D> points, const Near& near, const normals
 }
 
 template <Scalar S, int D>
+void expect_unit_length(points_view<S, D> normals, const char* who) {
+  for (index_t i = 0; i < normals.size(); ++i) {
+    const S square = normals[i].squaredNorm();
+    if (std::abs(square - 1) > S(0.01) && square != 0 && std::isfinite(square))
+      throw invalid_input{std::string{who} +
+                          ": a normal does not have unit length; are points and normals swapped?"};
+  }
+}
+
+template <Scalar S, int D>
 void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint,
                    mutable_points_view<S, D> normals) {
   for (index_t i = 0; i < guides.size(); ++i) {
@@ -334,6 +344,7 @@ void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint
 #define CILANTRO_INSTANTIATE(S, D)                                                \
   CILANTRO_INSTANTIATE_FOR(S, D, neighborhood_spec)                               \
   CILANTRO_INSTANTIATE_FOR(S, D, neighborhoods<S>)                                \
+  template void expect_unit_length<S, D>(points_view<S, D>, const char*);         \
   template void closed_orient<S, D>(points_view<S, D>, const point_vector<S, D>*, \
                                     mutable_points_view<S, D>);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)

@@ -66,6 +66,11 @@ template <PointsSource P, class F>
   return found;
 }
 
+/// Throws `invalid_input`, naming the function `who`, unless each normal has unit length, is zero
+/// or not finite: what points, given in place of normals, do not have.
+template <Scalar S, int D>
+void expect_unit_length(points_view<S, D> normals, const char* who);
+
 /// Turns normal i along viewpoint − guides[i], or along guides[i] if there is no viewpoint.
 template <Scalar S, int D>
 void closed_orient(points_view<S, D> guides, const point_vector<S, D>* viewpoint,
@@ -103,14 +108,33 @@ export template <PointsSource P>
   });
 }
 
-/// As above, into memory of yours, without the curvatures: `normals` has one column per point, and
-/// must not overlap the points. `near` is a specification, or neighbourhoods. If an exception is
-/// thrown after the sizes have been checked, the contents of `normals` are unspecified.
-export template <MutablePoints N, PointsSource P, class Near>
+/// Whether two sets have memory in common, so that writing to one may change the other. Records
+/// that hold a member of each side by side have none.
+template <Scalar S, int D>
+[[nodiscard]] bool overlap(points_view<S, D> a, points_view<S, D> b) {
+  if (a.empty() || b.empty()) return false;
+  const auto address = [](const S* p) { return std::bit_cast<std::uintptr_t>(p) / sizeof(S); };
+  const auto begin_a = address(a.data()), begin_b = address(b.data());
+  const auto length = [](const points_view<S, D>& all) {
+    return static_cast<std::uintptr_t>((all.size() - 1) * all.stride() + all.dimension());
+  };
+  if (begin_a + length(a) <= begin_b || begin_b + length(b) <= begin_a) return false;
+  if (a.stride() != b.stride()) return true;
+  const auto stride = static_cast<std::uintptr_t>(a.stride());
+  const auto shift = (begin_a > begin_b ? begin_a - begin_b : begin_b - begin_a) % stride;
+  const auto size = static_cast<std::uintptr_t>(a.dimension());
+  return shift < size || stride - shift < size;
+}
+
+/// As `estimate_normals`, into memory of yours, without the curvatures: `normals` has one column
+/// per point, and must not overlap the points. `near` is a specification, or neighbourhoods. If an
+/// exception is thrown after the sizes have been checked, the contents of `normals` are
+/// unspecified.
+export template <PointsSource P, class Near, MutablePoints N>
   requires std::same_as<points_view_of<N>, points_view_of<P>> &&
            (std::convertible_to<const Near&, neighborhood_spec> ||
             std::same_as<Near, neighborhoods<scalar_of<P>>>)
-void write_normals(N&& normals, const P& points, const Near& near,
+void write_normals(const P& points, const Near& near, N&& normals,
                    const normals_options& options = {}) {
   using S = scalar_of<P>;
   constexpr int C = closed_dimension<dimension_of<P>>;
@@ -119,8 +143,7 @@ void write_normals(N&& normals, const P& points, const Near& near,
   const mutable_points_view<S, C> out = mutable_points_in(normals);
   expects(out.dimension() == view.dimension() && out.size() == view.size(),
           "write_normals: there must be one normal per point");
-  expects(view.empty() || out.data() != view.data(),
-          "write_normals: the normals would overwrite the points");
+  expects(!overlap<S, C>(view, out), "write_normals: the normals would overwrite the points");
   if constexpr (std::same_as<Near, neighborhoods<S>>)
     closed_normals(view, near, options, normals_target<S, C>{out});
   else
@@ -162,7 +185,8 @@ export template <PointsSource P, CovarianceEstimator<scalar_of<P>, dimension_of<
 }
 
 /// Flips each normal, in place, where needed, so that it points from its point towards `viewpoint`.
-/// Throws `invalid_input` for mismatched sizes or dimensions, and for points with an origin.
+/// Throws `invalid_input` for mismatched sizes or dimensions, for points with an origin, for
+/// normals that are neither of unit length nor zero, and for a viewpoint that is not finite.
 export template <MutablePoints N, PointsSource P>
   requires std::same_as<points_view_of<N>, points_view_of<P>>
 void orient_to_viewpoint(N&& normals, const P& points, const coordinates& viewpoint) {
@@ -175,6 +199,8 @@ void orient_to_viewpoint(N&& normals, const P& points, const coordinates& viewpo
           "orient_to_viewpoint: there must be one normal per point");
   const auto eye = viewpoint.as<S, C>(
       view.dimension(), "orient_to_viewpoint: the viewpoint must have the dimension of the points");
+  expects(is_finite(eye), "orient_to_viewpoint: the viewpoint must be finite");
+  expect_unit_length<S, C>(out, "orient_to_viewpoint");
   closed_orient(view, &eye, out);
 }
 

@@ -4,6 +4,7 @@ export module cilantro.geometry:orientation;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
+import :normals;
 
 namespace cilantro {
 
@@ -27,7 +28,8 @@ export struct orientation_options {
 ///
 /// `near` is a specification, or neighbourhoods of the points, whose edges count in both
 /// directions. Zero normals, which stand for unknown ones, stay zero, and nothing spreads across
-/// them. Throws `invalid_input` for mismatched sizes, and for a neighbour that is not one of the
+/// them. Throws `invalid_input` for mismatched sizes, for normals that are neither of unit
+/// length nor zero, and for a neighbour that is not one of the
 /// points. O(E log E); memory: about 12 bytes per edge and 30 per point.
 /// Source: Hoppe et al. 1992, section 3.3.
 export template <MutablePoints N, PointsSource P, class Near>
@@ -50,7 +52,9 @@ index_t orient_consistently(N&& normals, const P& points, const Near& near,
     eye = options.viewpoint->as<S, C>(
         view.dimension(),
         "orient_consistently: the viewpoint must have the dimension of the points");
+    expects(is_finite(eye), "orient_consistently: the viewpoint must be finite");
   }
+  expect_unit_length<S, C>(out, "orient_consistently");
   return closed_orient_consistently<S, C, near_type>(view, near, options.viewpoint ? &eye : nullptr,
                                                      out);
 }

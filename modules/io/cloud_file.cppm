@@ -34,6 +34,7 @@ struct write_cloud_tap {
   task_monitor monitor;
 
   static constexpr const char* name = "write_cloud";
+  static bool writes_outside() { return true; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>
     requires(D == 2 || D == 3)

@@ -73,6 +73,8 @@ struct align_to_step : pipeline_step {
   icp_result<rigid_transform<S, D>>* found;
 
   static constexpr const char* name = "align_to";
+  /// Whether a result is written to `found`.
+  [[nodiscard]] bool writes_outside() const { return found != nullptr; }
   align_to_step(point_cloud<S, D> onto, align_options how,
                 icp_result<rigid_transform<S, D>>* result)
       : target(std::move(onto)), options(std::move(how)), found(result) {}

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <ranges>
 #include <stdexcept>
+#include <stop_token>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -153,6 +154,73 @@ TEST_CASE("an exception of whoever fetches frames arrives after those before it"
         "no frame 2", std::runtime_error);
     CHECK(found == std::vector{0, 1});
   }
+}
+
+TEST_CASE("frames after one that could not be fetched or done are there, ahead or not") {
+  const auto fetch = std::views::transform([](int i) {
+    if (i == 1) throw std::runtime_error{"no frame"};
+    return i;
+  });
+  const auto work = [](int i) {
+    if (i == 3) throw std::runtime_error{"no result"};
+    return i;
+  };
+  for (const int ahead : {0, 1, 4}) {
+    auto view = std::views::iota(0, 6) | fetch | each(work, {.ahead = ahead});
+    std::vector<int> found;
+    int failed = 0;
+    for (auto i = view.begin(); i != view.end(); ++i) {
+      try {
+        found.push_back(*i);
+      } catch (const std::runtime_error&) {
+        ++failed;
+      }
+    }
+    CHECK(found == std::vector{0, 2, 4, 5});
+    CHECK(failed == 2);
+  }
+}
+
+TEST_CASE("a result may look into its frame until the next one is asked for") {
+  auto frames = some_frames(6);
+  const auto prepare = voxel_downsample(0.4);
+  const auto look = [](const point_cloud<float, 3>& cloud) { return as_points(cloud.points); };
+  const auto make = std::views::transform([&](int i) { return frames[std::size_t(i)] | prepare; });
+  for (const int ahead : {0, 2}) {
+    std::size_t i = 0;
+    for (const auto& points : frames | each(prepare) | each(look, {.ahead = ahead}))
+      CHECK(points.matrix() == (frames[i++] | prepare).points);
+    i = 0;
+    for (const auto& points : std::views::iota(0, 6) | make | each(look, {.ahead = ahead}))
+      CHECK(points.matrix() == (frames[i++] | prepare).points);
+    CHECK(i == 6);
+  }
+}
+
+TEST_CASE("steps that write beside the cloud are refused ahead") {
+  auto frames = some_frames();
+  pipeline_report report;
+  index_list removed;
+  icp_result<Eigen::Isometry3f> found;
+  const auto refused = [&](auto step) {
+    CHECK_NOTHROW((void)(frames | each(step)));
+    CHECK_THROWS_AS((void)(frames | each(step, {.ahead = 1})), invalid_input);
+  };
+  refused(report_each(report, remove_invalid() | voxel_downsample(0.1)));
+  refused(remove_invalid() | remove_statistical_outliers({}, &removed));
+  refused(voxel_downsample(0.1) | write_ply("out.ply"));
+  refused(align_to(frames[0], {}, &found));
+  CHECK_NOTHROW((void)(frames | each(remove_statistical_outliers(), {.ahead = 1})));
+}
+
+TEST_CASE("a report of each step may be of one frame after another") {
+  auto frames = some_frames(3);
+  pipeline_report report;
+  for (const auto& cloud : frames | each(report_each(report, remove_invalid() | take(7))))
+    CHECK(cloud.size() == 7);
+  REQUIRE(report.stages().size() == 9);
+  CHECK((report.stages()[3].name == "input" && report.stages()[3].points_in == 110));
+  CHECK((report.stages()[6].points_in == 120 && report.stages()[8].points_out == 7));
 }
 
 TEST_CASE("a stop that a step is told arrives as cancelled, ahead or not") {

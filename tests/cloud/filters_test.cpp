@@ -60,7 +60,7 @@ TEST_CASE_TEMPLATE("each filter keeps what the function on points says, and tell
   CHECK(removed.size() >= 5);
   check(cloud | remove_radius_outliers({.radius = 0.4}, &removed),
         radius_outliers(cloud.points, {.radius = 0.4}).kept);
-  check(cloud | random_sample(40, 3, &removed), random_indices(300, 40, 3));
+  check(cloud | random_sample(40, {.seed = 3}, &removed), random_indices(300, 40, 3));
   check(cloud | uniform_sample(7, &removed), uniform_indices(300, 7));
   check(cloud | farthest_point_sample(9, {}, &removed), farthest_point_sample(cloud.points, 9));
 }
@@ -173,7 +173,7 @@ TEST_CASE_TEMPLATE("a choice is by indices, a mask or a predicate, and has a com
   CHECK((cloud | select(bytes)) == (cloud | select(predicate)));
   CHECK((cloud | exclude(std::vector{1, 4, 5})) == (cloud | exclude(predicate)));
   CHECK_THROWS_WITH_AS((void)select(cloud, std::vector<bool>(9)),
-                       "select: the mask has 9 values, and the cloud has 10 points", invalid_input);
+                       "select: the mask has 9 values, and there are 10 points", invalid_input);
   CHECK_THROWS_AS((void)exclude(cloud, std::vector<bool>(11)), invalid_input);
   CHECK_THROWS_WITH_AS((void)exclude(cloud, std::vector{10}),
                        "exclude: the index 10 is out of range: there are 10 points", invalid_input);

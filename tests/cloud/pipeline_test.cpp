@@ -42,6 +42,8 @@ static_assert(!StepFor<decltype(append(point_cloud<float, 3>{})), point_cloud<do
 static_assert(
     ChoosingStep<decltype(remove_invalid() | take(3) | stride(2)), point_cloud<float, 3>>);
 static_assert(!ChoosingStep<line_of_steps, point_cloud<float, 3>>);
+static_assert(!StepFor<decltype(transform(Eigen::Isometry2d{})), point_cloud<double, 3>>);
+static_assert(!AffineMap<Eigen::Projective3d>);
 
 namespace {
 
@@ -81,8 +83,8 @@ TEST_CASE("steps that choose, in one pass, leave what they leave one after the o
                  remove_statistical_outliers({.neighbors = 5, .deviations = 1}, &removed_alone) |
                  take(50)));
   CHECK(removed == removed_alone);
-  CHECK((cloud | (a | farthest_point_sample(9) | random_sample(5, 3))) ==
-        (cloud | a | farthest_point_sample(9) | random_sample(5, 3)));
+  CHECK((cloud | (a | farthest_point_sample(9) | random_sample(5, {.seed = 3}))) ==
+        (cloud | a | farthest_point_sample(9) | random_sample(5, {.seed = 3})));
 }
 
 TEST_CASE("a temporary cloud that loses a few points keeps its memory") {
@@ -182,6 +184,54 @@ TEST_CASE("a line says before it begins that the cloud lacks what it needs") {
   CHECK(begun == 0);
   CHECK((rich_cloud() | line).has_normals());
   CHECK((point_cloud<float, 3>{} | line).empty());
+}
+
+TEST_CASE("what a lambda in a line needs and gives is not guessed") {
+  const auto normals = [](auto cloud) { return estimate_normals(std::move(cloud), knn{10}); };
+  const auto line = remove_invalid() | normals | orient_to_viewpoint({0, 0, 2});
+  CHECK((some_cloud() | line).has_normals());
+  CHECK(!needs_of(line).normals);
+}
+
+namespace {
+
+// A step of a user that derives from nothing.
+struct halving {
+  static constexpr const char* name = "halving";
+  static step_reach reach() { return {.distance = 3}; }
+  static cloud_parts gives() { return {.colors = true}; }
+  void choose(const point_cloud<float, 3>&, chosen_points& kept) const {
+    kept.keep_if([](index_t k, std::int32_t) { return k % 2 == 0; });
+  }
+  point_cloud<float, 3> operator()(const point_cloud<float, 3>& cloud) const {
+    return select(cloud, [](index_t i) { return i % 2 == 0; });
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what a struct says of itself is heard, wrapped or not") {
+  const auto line = remove_invalid() | halving{};
+  CHECK(name_of(line) == "remove_invalid | halving");
+  CHECK(reach_of(line)->distance == 3);
+  CHECK(gives_of(line).colors);
+  static_assert(ChoosingStep<decltype(line), point_cloud<float, 3>>);
+  CHECK((some_cloud() | line) == (some_cloud() | halving{}));
+}
+
+TEST_CASE("steps of lambdas can be assigned") {
+  const auto cloud = some_cloud();
+  const auto beyond = [](float x) {
+    return select([&cloud, x](index_t i) { return cloud.points(0, i) > x; });
+  };
+  auto choice = beyond(0);
+  const auto before = (cloud | choice).size();
+  choice = beyond(0.5f);
+  CHECK((cloud | choice).size() < before);
+  const auto above = [](const auto& p) { return p.z() > 0; };
+  auto cropped = crop(above);
+  cropped = crop(above);
+  CHECK((cloud | cropped).points.row(2).minCoeff() > 0);
 }
 
 TEST_CASE("a stored step can be replaced by another of its kind") {

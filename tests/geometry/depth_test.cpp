@@ -218,6 +218,16 @@ TEST_CASE("depth that does not fit 16 bits is unknown") {
   CHECK(quantize_depth(depth).pixels() == std::vector<std::uint16_t>{65534, 0, 0, 0, 1});
 }
 
+TEST_CASE("a depth that is infinite or no number is none") {
+  image<float> depth{4, 3, 1.0f};
+  depth(1, 0) = test::infinity<float>;
+  depth(2, 0) = test::nan<float>;
+  depth(3, 0) = -1;
+  const pinhole_camera<float> camera{.width = 4, .height = 3, .fx = 2, .fy = 2, .cx = 1, .cy = 1};
+  CHECK(unproject_known(depth, camera).cols() == 9);
+  CHECK(cloud_from_depth(depth, camera).size() == 9);
+}
+
 TEST_CASE("making a cloud of a depth image can be watched and stopped") {
   const auto frame = simulate(0, {.width = 64, .height = 48});
   const image<rgb> colors{64, 48};

@@ -46,22 +46,43 @@ TEST_CASE_TEMPLATE("normals are written into memory of any kind", T, ALL_SPACES)
   const point_matrix<S, D> points = test::random_points<T>(80);
   const auto expected = estimate_normals(points, knn{9});
   point_matrix<S, D> normals(T::dimension, 80);
-  write_normals(normals, points, knn{9});
+  write_normals(points, knn{9}, normals);
   CHECK(normals == expected.normals);
   point_matrix<S, D> wide = point_matrix<S, D>::Constant(T::dimension, 90, S(5));
   const auto near = find_neighborhoods(kd_tree{points}, points, knn{9});
-  write_normals(wide.leftCols(80), points, near);
+  write_normals(points, near, wide.leftCols(80));
   CHECK(wide.leftCols(80) == estimate_normals(points, near).normals);
   CHECK(wide.rightCols(10).cwiseEqual(S(5)).all());
-  CHECK_THROWS_AS(write_normals(wide, points, knn{9}), invalid_input);
-  CHECK_THROWS_AS(write_normals(normals, normals, knn{9}), invalid_input);
+  CHECK_THROWS_AS(write_normals(points, knn{9}, wide), invalid_input);
+  CHECK_THROWS_AS(write_normals(normals, knn{9}, normals), invalid_input);
+  point_matrix<S, D> both(T::dimension, 81);
+  CHECK_THROWS_AS(write_normals(both.leftCols(80), knn{9}, both.rightCols(80)), invalid_input);
+}
+
+TEST_CASE("records of points and normals side by side do not overlap") {
+  std::vector<double> records(80 * 6);
+  mutable_points_view<double, 3> points{records.data(), 80, 6}, normals{records.data() + 3, 80, 6};
+  points.matrix() = test::random_points<test::d3>(80);
+  write_normals(points, knn{9}, normals);
+  CHECK(normals.matrix() == estimate_normals(points, knn{9}).normals);
+}
+
+TEST_CASE("points given in place of normals, and viewpoints that are nowhere, are refused") {
+  Eigen::Matrix3Xd points = 2 * test::random_points<test::d3>(80);
+  auto normals = estimate_normals(points, knn{9}).normals;
+  CHECK_THROWS_AS(orient_to_viewpoint(points, normals, {0, 0, 1}), invalid_input);
+  CHECK_THROWS_AS((void)orient_consistently(points, normals, knn{9}), invalid_input);
+  CHECK_THROWS_AS(orient_to_viewpoint(normals, points, {0, 0, test::nan<double>}), invalid_input);
+  CHECK_THROWS_AS((void)orient_consistently(normals, points, knn{9},
+                                            {.viewpoint = {{test::infinity<double>, 0, 0}}}),
+                  invalid_input);
 }
 
 TEST_CASE("normals of a vector of points are turned where they lie") {
   const Eigen::Matrix3Xd points = test::random_points<test::d3>(80);
   auto expected = estimate_normals(points, knn{9}).normals;
   std::vector<Eigen::Vector3d> normals(80);
-  write_normals(normals, points, knn{9});
+  write_normals(points, knn{9}, normals);
   CHECK(as_points(normals).matrix() == expected);
   orient_to_viewpoint(normals, points, {9, 8, -7});
   orient_to_viewpoint(expected, points, {9, 8, -7});

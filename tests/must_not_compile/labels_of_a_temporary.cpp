@@ -1,4 +1,4 @@
-// message: temporary .* will be destroyed at the end of the full-expression
+// message: will be destroyed at the end of the full-expression
 import cilantro;
 
 cilantro::clusters segment();

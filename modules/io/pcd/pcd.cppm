@@ -61,6 +61,7 @@ struct write_pcd_tap {
   pcd_write_options options;
 
   static constexpr const char* name = "write_pcd";
+  static bool writes_outside() { return true; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>
     requires(D == 2 || D == 3)

@@ -62,6 +62,7 @@ struct write_ply_tap {
   ply_write_options options;
 
   static constexpr const char* name = "write_ply";
+  static bool writes_outside() { return true; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>
     requires(D == 2 || D == 3)

@@ -86,6 +86,7 @@ struct write_text_tap {
   text_write_options options;
 
   static constexpr const char* name = "write_text";
+  static bool writes_outside() { return true; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>
     requires(D == 2 || D == 3)

@@ -276,7 +276,13 @@ struct first_points {
     kept.keep_if([&](index_t k, std::int32_t) { return k < count; });
   }
 };
-/// The step that keeps the first `count` points, or all points if there are fewer.
+/// The first `count` points, or all if there are no more, with all that belongs to them. Throws
+/// `invalid_input` for a negative count.
+export template <PointCloud C>
+[[nodiscard]] std::remove_cvref_t<C> take(C&& cloud, std::integral auto count) {
+  return keep_chosen(std::forward<C>(cloud), first_points{static_cast<index_t>(count)});
+}
+/// The same as a step.
 export [[nodiscard]] inline auto take(std::integral auto count) {
   return choosing_step{first_points{static_cast<index_t>(count)}};
 }
@@ -292,7 +298,12 @@ struct every_nth_point {
     kept.keep_if([&](index_t k, std::int32_t) { return k % n == 0; });
   }
 };
-/// The step that keeps the first of every `n` points.
+/// The first of every `n` points, with all that belongs to them. Throws `invalid_input` for n < 1.
+export template <PointCloud C>
+[[nodiscard]] std::remove_cvref_t<C> stride(C&& cloud, std::integral auto n) {
+  return keep_chosen(std::forward<C>(cloud), every_nth_point{static_cast<index_t>(n)});
+}
+/// The same as a step.
 export [[nodiscard]] inline auto stride(std::integral auto n) {
   return choosing_step{every_nth_point{static_cast<index_t>(n)}};
 }

@@ -43,7 +43,7 @@ static_assert(
     ChoosingStep<decltype(remove_invalid() | take(3) | stride(2)), point_cloud<float, 3>>);
 static_assert(!ChoosingStep<line_of_steps, point_cloud<float, 3>>);
 static_assert(!StepFor<decltype(transform(Eigen::Isometry2d{})), point_cloud<double, 3>>);
-static_assert(!AffineMap<Eigen::Projective3d>);
+static_assert(!AffineMap<Eigen::Transform<double, 3, Eigen::Projective>>);
 
 namespace {
 
@@ -140,6 +140,9 @@ TEST_CASE("regions that make no sense for the points are refused") {
   CHECK_THROWS_AS((void)(cloud | take(-1)), invalid_input);
   CHECK_THROWS_AS((void)(cloud | stride(0)), invalid_input);
   CHECK(crop(cloud, half_spaces{}) == cloud);
+  CHECK(take(cloud, 9) == select(cloud, std::views::iota(0, 9)));
+  CHECK(take(cloud, 1000) == cloud);
+  CHECK(stride(cloud, 100) == select(cloud, std::vector{0, 100, 200, 300, 400}));
 }
 
 TEST_CASE("choices work on points alone as they do on clouds") {
@@ -173,13 +176,20 @@ TEST_CASE("a step can be asked for its name, its needs and how far it looks") {
   CHECK(!reach_of(remove_invalid() | [](auto c) { return c; }).has_value());
 }
 
+namespace {
+
+struct count_calls {
+  int* calls;
+  static step_reach reach() { return {}; }
+  void choose(const point_cloud<float, 3>&, chosen_points&) const { ++*calls; }
+};
+
+}  // namespace
+
 TEST_CASE("a line says before it begins that the cloud lacks what it needs") {
   int begun = 0;
-  const auto note = [&](auto cloud) {
-    ++begun;
-    return cloud;
-  };
-  const auto line = remove_invalid() | note | orient_to_viewpoint({0, 0, 1});
+  const auto counted = remove_invalid() | choosing_step{count_calls{&begun}};
+  const auto line = counted | orient_to_viewpoint({0, 0, 1});
   CHECK_THROWS_AS((void)(some_cloud() | line), invalid_input);
   CHECK(begun == 0);
   CHECK((rich_cloud() | line).has_normals());
@@ -221,7 +231,7 @@ TEST_CASE("what a struct says of itself is heard, wrapped or not") {
 
 TEST_CASE("steps of lambdas can be assigned") {
   const auto cloud = some_cloud();
-  const auto beyond = [](float x) {
+  const auto beyond = [&cloud](float x) {
     return select([&cloud, x](index_t i) { return cloud.points(0, i) > x; });
   };
   auto choice = beyond(0);

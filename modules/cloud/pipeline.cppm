@@ -19,8 +19,9 @@ concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
 ///
 /// Optional members describe a step: `name`, a string for reports; `needs()`, the `cloud_parts`
 /// that it requires; `gives()`, the `cloud_parts` that its result always has; `reach()`, how far
-/// around a point it looks, as `step_reach`; and `choose(cloud, kept)`, if it only chooses points:
-/// see `ChoosingStep`.
+/// around a point it looks, as `step_reach`; `writes_outside()`, whether it writes to something
+/// beside the cloud that it returns; and `choose(cloud, kept)`, if it only chooses points: see
+/// `ChoosingStep`.
 export struct pipeline_step {};
 
 /// A value that can be assigned, also where an F, such as a lambda, cannot.

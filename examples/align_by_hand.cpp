@@ -21,8 +21,7 @@ int main() {
 
   const nearest_neighbor_searcher searcher{source, target, {.max_distance = 0.1}};
   const least_squares_estimator estimator{source, target, point_to_plane{}};
-  const auto by_hand =
-      icp(searcher, estimator, {.max_iterations = 40});
+  const auto by_hand = icp(searcher, estimator, {.max_iterations = 40});
 
   const auto truth = simulated_camera(0, {}).to_world.inverse() * simulated_camera(2, {}).to_world;
   const double error = (found.transform.translation() - truth.translation()).norm();

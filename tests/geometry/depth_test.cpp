@@ -244,11 +244,11 @@ TEST_CASE("making a cloud of a depth image can be watched and stopped") {
       CHECK((std::ranges::is_sorted(shares) && shares.back() == 1));
       std::stop_source stop;
       stop.request_stop();
-      CHECK_THROWS_AS((void)cloud_from_depth(frame.depth, frame.camera,
-                                             {.normals = normals,
-                                              .organized = organized,
-                                              .monitor = {.stop = stop.get_token()}}),
-                      cancelled);
+      CHECK_THROWS_AS(
+          (void)cloud_from_depth(
+              frame.depth, frame.camera,
+              {.normals = normals, .organized = organized, .monitor = {.stop = stop.get_token()}}),
+          cancelled);
     }
 }
 

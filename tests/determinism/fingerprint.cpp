@@ -93,6 +93,15 @@ void search_and_geometry(const std::string& input, const point_matrix<S, D>& poi
   report(name + "estimate_normals", hash{} << normals.normals << normals.curvature);
   const auto wide = estimate_normals(points, radius{2 * edge});
   report(name + "estimate_normals by radius", hash{} << wide.normals << wide.curvature);
+  // Prepared by threads of their own while one is used.
+  point_cloud<S, D> map;
+  const index_t size = points.cols() / 5;
+  const auto frame = [&](index_t i) {
+    return point_cloud<S, D>{.points = points.middleCols(i * size, size)};
+  };
+  std::views::iota(index_t{0}, index_t{5}) | std::views::transform(frame) |
+      each(remove_invalid() | voxel_downsample(edge), {.ahead = 3}) | accumulate_into(map);
+  report(name + "frames ahead", hash{} << map.points);
   report(name + "statistical_outliers", hash{} << statistical_outliers(points).kept);
   report(name + "radius_outliers", hash{} << radius_outliers(points, {.radius = edge}).kept);
 

@@ -128,10 +128,15 @@ template <Scalar S, int D>
   return std::move(cloud);
 }
 /// The points of the cloud that are kept, with all that belongs to them.
-template <PointCloud C>
-[[nodiscard]] std::remove_cvref_t<C> gather(C&& cloud, const chosen_points& kept) {
-  if (kept.is_everything()) return std::forward<C>(cloud);
-  return gather(std::forward<C>(cloud), std::span<const std::int32_t>{kept.indices()});
+template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> gather(const point_cloud<S, D>& cloud, const chosen_points& kept) {
+  if (kept.is_everything()) return cloud;
+  return gather(cloud, std::span<const std::int32_t>{kept.indices()});
+}
+template <Scalar S, int D>
+[[nodiscard]] point_cloud<S, D> gather(point_cloud<S, D>&& cloud, const chosen_points& kept) {
+  if (kept.is_everything()) return std::move(cloud);
+  return gather(std::move(cloud), std::span<const std::int32_t>{kept.indices()});
 }
 
 /// A step of a pipeline that only chooses points: `choose(cloud, kept)` reduces or reorders `kept`,
@@ -161,10 +166,12 @@ template <PointCloud C, class... Steps>
   return gather(std::forward<C>(cloud), kept);
 }
 
-#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                  \
-  extern template point_cloud<S, D> gather(const point_cloud<S, D>&,       \
-                                           std::span<const std::int32_t>); \
-  extern template point_cloud<S, D> gather(point_cloud<S, D>&&, std::span<const std::int32_t>);
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                       \
+  extern template point_cloud<S, D> gather(const point_cloud<S, D>&,                            \
+                                           std::span<const std::int32_t>);                      \
+  extern template point_cloud<S, D> gather(point_cloud<S, D>&&, std::span<const std::int32_t>); \
+  extern template point_cloud<S, D> gather(const point_cloud<S, D>&, const chosen_points&);     \
+  extern template point_cloud<S, D> gather(point_cloud<S, D>&&, const chosen_points&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

@@ -36,6 +36,11 @@ void keep_in_place(attribute& all, std::span<const std::int32_t> indices) {
       all.values);
 }
 
+template <Scalar S, int D>
+void choose_finite(points_view<S, D> points, chosen_points& kept) {
+  kept.keep_if([&](index_t, std::int32_t i) { return is_finite(points[i]); });
+}
+
 void keep_and_tell(std::span<const std::int32_t> left, removed_indices removed,
                    chosen_points& kept) {
   if (removed) {
@@ -52,8 +57,11 @@ void keep_and_tell(std::span<const std::int32_t> left, removed_indices removed,
   template point_matrix<S, D> gather_columns<S, D>(points_view<S, D>,                          \
                                                    std::span<const std::int32_t>);             \
   template void move_to_front<S, D>(mutable_points_view<S, D>, std::span<const std::int32_t>); \
+  template void choose_finite<S, D>(points_view<S, D>, chosen_points&);                        \
   template point_cloud<S, D> gather(const point_cloud<S, D>&, std::span<const std::int32_t>);  \
-  template point_cloud<S, D> gather(point_cloud<S, D>&&, std::span<const std::int32_t>);
+  template point_cloud<S, D> gather(point_cloud<S, D>&&, std::span<const std::int32_t>);       \
+  template point_cloud<S, D> gather(const point_cloud<S, D>&, const chosen_points&);           \
+  template point_cloud<S, D> gather(point_cloud<S, D>&&, const chosen_points&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

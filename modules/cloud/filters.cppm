@@ -111,13 +111,16 @@ auto with_points_left(const point_cloud<S, D>& cloud, const chosen_points& kept,
   return f(as_points(left));
 }
 
+/// Keeps the points that are finite.
+template <Scalar S, int D>
+void choose_finite(points_view<S, D> points, chosen_points& kept);
+
 struct invalid_points {
   static constexpr const char* name = "remove_invalid";
   static step_reach reach() { return {}; }
   template <Scalar S, int D>
   void choose(const point_cloud<S, D>& cloud, chosen_points& kept) const {
-    const auto points = closed_points(cloud);
-    kept.keep_if([&](index_t, std::int32_t i) { return is_finite(points[i]); });
+    choose_finite<S, closed_dimension<D>>(as_points(cloud.points), kept);
   }
 };
 
@@ -131,9 +134,8 @@ export template <PointCloud C>
 export template <PointsSource P>
   requires(!PointCloud<P>)
 [[nodiscard]] auto remove_invalid(const P& points) {
-  const auto view = points_in(points);
-  chosen_points kept{view.size()};
-  kept.keep_if([&](index_t, std::int32_t i) { return is_finite(view[i]); });
+  chosen_points kept{points_in(points).size()};
+  choose_finite<scalar_of<P>, closed_dimension<dimension_of<P>>>(points_in(points), kept);
   return gather_points(points, kept);
 }
 /// As above, as a step.

@@ -97,9 +97,9 @@ template <Scalar S, int D>
   all.comments = std::move(comments);
   all.origin = first.origin;
   for (const auto& a : first.attributes) {
-    attribute values{a.name, {}};
-    for (const auto* part : filled)
-      values = part == &first ? a : concatenate(std::move(values), *part->find_attribute(a.name));
+    attribute values = a;
+    for (const auto* part : std::span{filled}.subspan(1))
+      values = concatenate(std::move(values), *part->find_attribute(a.name));
     all.attributes.push_back(std::move(values));
   }
   index_t begin = 0;

@@ -295,4 +295,6 @@ TEST_CASE("appending many clouds is appending one after the other, wherever they
   for (const auto& cloud : clouds) one_by_one = append(std::move(one_by_one), cloud);
   CHECK(append_all(clouds) == one_by_one);
   CHECK(one_by_one.points(0, 100) == clouds[1].points(0, 0) + 100);
+  // Also of a cloud with itself.
+  CHECK(append(clouds[0], clouds[0]).attribute_as<int>("id").size() == 200);
 }

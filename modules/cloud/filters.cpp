@@ -58,6 +58,7 @@ void keep_and_tell(std::span<const std::int32_t> left, removed_indices removed,
                                                    std::span<const std::int32_t>);             \
   template void move_to_front<S, D>(mutable_points_view<S, D>, std::span<const std::int32_t>); \
   template void choose_finite<S, D>(points_view<S, D>, chosen_points&);                        \
+  template void choose_finite<S, D>(const point_cloud<S, D>&, chosen_points&);                 \
   template point_cloud<S, D> gather(const point_cloud<S, D>&, std::span<const std::int32_t>);  \
   template point_cloud<S, D> gather(point_cloud<S, D>&&, std::span<const std::int32_t>);       \
   template point_cloud<S, D> gather(const point_cloud<S, D>&, const chosen_points&);           \

@@ -2,6 +2,8 @@
 //
 // Filters that keep some points of a cloud, with all that belongs to them: as functions of clouds,
 // as steps, and some also for points alone.
+module;
+#include "core/closed_spaces.hpp"
 export module cilantro.cloud:filters;
 
 import cilantro.standard;
@@ -114,13 +116,17 @@ auto with_points_left(const point_cloud<S, D>& cloud, const chosen_points& kept,
 /// Keeps the points that are finite.
 template <Scalar S, int D>
 void choose_finite(points_view<S, D> points, chosen_points& kept);
+template <Scalar S, int D>
+void choose_finite(const point_cloud<S, D>& cloud, chosen_points& kept) {
+  choose_finite<S, closed_dimension<D>>(as_points(cloud.points), kept);
+}
 
 struct invalid_points {
   static constexpr const char* name = "remove_invalid";
   static step_reach reach() { return {}; }
   template <Scalar S, int D>
   void choose(const point_cloud<S, D>& cloud, chosen_points& kept) const {
-    choose_finite<S, closed_dimension<D>>(as_points(cloud.points), kept);
+    choose_finite(cloud, kept);
   }
 };
 
@@ -139,7 +145,7 @@ export template <PointsSource P>
   return gather_points(points, kept);
 }
 /// As above, as a step.
-export [[nodiscard]] inline auto remove_invalid() {
+export [[nodiscard]] auto remove_invalid() {
   return choosing_step{invalid_points{}};
 }
 
@@ -285,7 +291,7 @@ export template <PointCloud C>
   return keep_chosen(std::forward<C>(cloud), first_points{static_cast<index_t>(count)});
 }
 /// The same as a step.
-export [[nodiscard]] inline auto take(std::integral auto count) {
+export [[nodiscard]] auto take(std::integral auto count) {
   return choosing_step{first_points{static_cast<index_t>(count)}};
 }
 
@@ -306,7 +312,7 @@ export template <PointCloud C>
   return keep_chosen(std::forward<C>(cloud), every_nth_point{static_cast<index_t>(n)});
 }
 /// The same as a step.
-export [[nodiscard]] inline auto stride(std::integral auto n) {
+export [[nodiscard]] auto stride(std::integral auto n) {
   return choosing_step{every_nth_point{static_cast<index_t>(n)}};
 }
 
@@ -330,8 +336,8 @@ export template <PointCloud C>
     C&& cloud, const statistical_outlier_options& options = {}, removed_indices removed = nullptr) {
   return keep_chosen(std::forward<C>(cloud), statistical_outliers_of{options, removed});
 }
-export [[nodiscard]] inline auto remove_statistical_outliers(
-    statistical_outlier_options options = {}, removed_indices removed = nullptr) {
+export [[nodiscard]] auto remove_statistical_outliers(statistical_outlier_options options = {},
+                                                      removed_indices removed = nullptr) {
   return choosing_step{statistical_outliers_of{std::move(options), removed}};
 }
 
@@ -356,8 +362,8 @@ export template <PointCloud C>
                                                             removed_indices removed = nullptr) {
   return keep_chosen(std::forward<C>(cloud), radius_outliers_of{options, removed});
 }
-export [[nodiscard]] inline auto remove_radius_outliers(radius_outlier_options options,
-                                                        removed_indices removed = nullptr) {
+export [[nodiscard]] auto remove_radius_outliers(radius_outlier_options options,
+                                                 removed_indices removed = nullptr) {
   return choosing_step{radius_outliers_of{std::move(options), removed}};
 }
 
@@ -388,9 +394,9 @@ export template <PointCloud C>
   return keep_chosen(std::forward<C>(cloud),
                      random_points{static_cast<index_t>(count), options, removed});
 }
-export [[nodiscard]] inline auto random_sample(std::integral auto count,
-                                               random_sample_options options = {},
-                                               removed_indices removed = nullptr) {
+export [[nodiscard]] auto random_sample(std::integral auto count,
+                                        random_sample_options options = {},
+                                        removed_indices removed = nullptr) {
   return choosing_step{random_points{static_cast<index_t>(count), options, removed}};
 }
 
@@ -413,8 +419,8 @@ export template <PointCloud C>
                                                     removed_indices removed = nullptr) {
   return keep_chosen(std::forward<C>(cloud), uniform_points{static_cast<index_t>(count), removed});
 }
-export [[nodiscard]] inline auto uniform_sample(std::integral auto count,
-                                                removed_indices removed = nullptr) {
+export [[nodiscard]] auto uniform_sample(std::integral auto count,
+                                         removed_indices removed = nullptr) {
   return choosing_step{uniform_points{static_cast<index_t>(count), removed}};
 }
 
@@ -443,10 +449,15 @@ export template <Scalar S, int D>
                                                       removed_indices removed = nullptr) {
   return keep_chosen(cloud, farthest_points{static_cast<index_t>(count), options, removed});
 }
-export [[nodiscard]] inline auto farthest_point_sample(std::integral auto count,
-                                                       farthest_point_options options = {},
-                                                       removed_indices removed = nullptr) {
+export [[nodiscard]] auto farthest_point_sample(std::integral auto count,
+                                                farthest_point_options options = {},
+                                                removed_indices removed = nullptr) {
   return choosing_step{farthest_points{static_cast<index_t>(count), std::move(options), removed}};
 }
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D) \
+  extern template void choose_finite<S, D>(const point_cloud<S, D>&, chosen_points&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
 
 }  // namespace cilantro

@@ -169,20 +169,27 @@ void expect_consistent(index_t points, index_t normals, index_t colors,
 /// points.
 template <Scalar S, int D>
 struct points_traits<point_cloud<S, D>> {
-  static auto view(const point_cloud<S, D>& cloud) {
+  static points_view<S, D> view(const point_cloud<S, D>& cloud) {
     expect_consistent(cloud.size(), cloud.normals.cols(), cloud.colors.cols(), {}, "cloud");
     return as_points(cloud.points);
   }
-  static auto normals(const point_cloud<S, D>& cloud) { return as_points(cloud.normals); }
-  static auto colors(const point_cloud<S, D>& cloud) { return as_points(cloud.colors); }
+  static points_view<S, D> normals(const point_cloud<S, D>& cloud) {
+    return as_points(cloud.normals);
+  }
+  static points_view<float, 3> colors(const point_cloud<S, D>& cloud) {
+    return as_points(cloud.colors);
+  }
   static auto origin(const point_cloud<S, D>& cloud) { return cloud.full_origin(); }
 };
 
+template <class T>
+inline constexpr bool is_point_cloud = false;
+template <Scalar S, int D>
+inline constexpr bool is_point_cloud<point_cloud<S, D>> = true;
+
 /// A `point_cloud` of any scalar and dimension.
 export template <class T>
-concept PointCloud = requires(const std::remove_cvref_t<T>& c) {
-  []<class S, int D>(const point_cloud<S, D>&) {}(c);
-};
+concept PointCloud = is_point_cloud<std::remove_cvref_t<T>>;
 
 /// Whether all members are equal. A cloud with NaN is not equal to itself.
 export template <Scalar S, int D>

@@ -68,8 +68,8 @@ struct report_tap {
 
 /// A step that passes the cloud on unchanged, and records in `report`, under `name`, what has
 /// happened since the previous record, or since `report` was made. `report` must outlive the step.
-export [[nodiscard]] inline auto report_to(pipeline_report& report [[clang::lifetimebound]],
-                                           std::string name) {
+export [[nodiscard]] auto report_to(pipeline_report& report [[clang::lifetimebound]],
+                                    std::string name) {
   return tap_step{report_tap{&report, std::move(name)}};
 }
 

@@ -37,8 +37,7 @@ export struct voxel_downsample_step : pipeline_step {
     return voxel_downsample(cloud, size, options);
   }
 };
-export [[nodiscard]] inline auto voxel_downsample(voxel_size size,
-                                                  voxel_downsample_options options = {}) {
+export [[nodiscard]] auto voxel_downsample(voxel_size size, voxel_downsample_options options = {}) {
   return voxel_downsample_step{std::move(size), std::move(options)};
 }
 
@@ -81,8 +80,7 @@ struct estimate_normals_step<void> : pipeline_step {
     return estimate_normals(std::forward<C>(cloud), spec, options);
   }
 };
-export [[nodiscard]] inline auto estimate_normals(neighborhood_spec spec,
-                                                  normals_options options = {}) {
+export [[nodiscard]] auto estimate_normals(neighborhood_spec spec, normals_options options = {}) {
   return estimate_normals_step<>{spec, std::move(options)};
 }
 /// The estimator must accept the clouds that the step will receive.
@@ -110,8 +108,8 @@ export struct orient_consistently_step : pipeline_step {
     return orient_consistently(std::forward<C>(cloud), spec, options);
   }
 };
-export [[nodiscard]] inline auto orient_consistently(neighborhood_spec spec,
-                                                     orientation_options options = {}) {
+export [[nodiscard]] auto orient_consistently(neighborhood_spec spec,
+                                              orientation_options options = {}) {
   return orient_consistently_step{spec, std::move(options)};
 }
 
@@ -130,7 +128,7 @@ export struct orient_to_viewpoint_step : pipeline_step {
     return orient_to_viewpoint(std::forward<C>(cloud), viewpoint);
   }
 };
-export [[nodiscard]] inline auto orient_to_viewpoint(coordinates viewpoint) {
+export [[nodiscard]] auto orient_to_viewpoint(coordinates viewpoint) {
   return orient_to_viewpoint_step{std::move(viewpoint)};
 }
 

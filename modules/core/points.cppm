@@ -36,6 +36,13 @@ concept CoordinatesAreAdjacent = !EigenMatrix<T> || T::RowsAtCompileTime == 1 ||
 template <class T>
 concept CoordinatesAreFloatOrDouble = !EigenMatrix<T> || Scalar<typename T::Scalar>;
 
+template <class T>
+inline constexpr bool is_points_view = false;
+template <Scalar S, int D>
+inline constexpr bool is_points_view<points_view<S, D>> = true;
+template <class T>
+concept SomePointsView = is_points_view<T>;
+
 /// What an algorithm accepts as points: Eigen matrices, maps and blocks with one point per column;
 /// contiguous ranges of `std::array` or of fixed-size Eigen vectors; `points_view`; any type with
 /// `points_traits`. Row-major matrices are not points: their coordinates are not adjacent.
@@ -43,7 +50,7 @@ export template <class T>
 concept PointsSource = CoordinatesAreAdjacent<std::remove_cvref_t<T>> &&
                        CoordinatesAreFloatOrDouble<std::remove_cvref_t<T>> &&
                        requires(const std::remove_cvref_t<T>& source) {
-                         points_traits<std::remove_cvref_t<T>>::view(source).matrix();
+                         { points_traits<std::remove_cvref_t<T>>::view(source) } -> SomePointsView;
                        };
 
 /// The type of the view of a `PointsSource`, its scalar, and its dimension.
@@ -109,12 +116,12 @@ export template <PointsSource T>
 
 template <Scalar S, int D>
 struct points_traits<points_view<S, D>> {
-  static auto view(points_view<S, D> v) { return v; }
+  static points_view<S, D> view(points_view<S, D> v) { return v; }
 };
 template <Scalar S, int D>
 struct points_traits<mutable_points_view<S, D>> {
-  static auto view(mutable_points_view<S, D> v) { return points_view<S, D>{v}; }
-  static auto mutable_view(mutable_points_view<S, D> v) { return v; }
+  static points_view<S, D> view(mutable_points_view<S, D> v) { return v; }
+  static mutable_points_view<S, D> mutable_view(mutable_points_view<S, D> v) { return v; }
 };
 
 /// An Eigen matrix, map or block with storage of its own, which an expression does not have.
@@ -127,7 +134,9 @@ concept ColumnMajorMatrix = EigenMatrix<T> && CoordinatesAreAdjacent<T> &&
 
 template <ColumnMajorMatrix T>
 struct points_traits<T> {
-  static auto view(const T& m) { return seen_as<points_view<typename T::Scalar, D>>(m); }
+  static points_view<typename T::Scalar, T::RowsAtCompileTime> view(const T& m) {
+    return seen_as<points_view<typename T::Scalar, D>>(m);
+  }
   static auto mutable_view(T& m)
     requires requires {
       { m.data() } -> std::same_as<typename T::Scalar*>;
@@ -177,7 +186,16 @@ concept ContiguousFixedPoints =
 
 template <ContiguousFixedPoints R>
 struct points_traits<R> {
-  static auto view(const R& range) { return seen_as<points_view<scalar, dimension>>(range); }
+ private:
+  using point = std::ranges::range_value_t<const R>;
+  using scalar = typename fixed_point<point>::scalar;
+  static constexpr int dimension = fixed_point<point>::dimension;
+  static_assert(sizeof(point) % sizeof(scalar) == 0);
+
+ public:
+  static points_view<scalar, dimension> view(const R& range) {
+    return seen_as<points_view<scalar, dimension>>(range);
+  }
   static auto mutable_view(R& range)
     requires(!std::is_const_v<std::remove_reference_t<std::ranges::range_reference_t<R>>>)
   {
@@ -185,11 +203,6 @@ struct points_traits<R> {
   }
 
  private:
-  using point = std::ranges::range_value_t<const R>;
-  using scalar = typename fixed_point<point>::scalar;
-  static constexpr int dimension = fixed_point<point>::dimension;
-  static_assert(sizeof(point) % sizeof(scalar) == 0);
-
   template <class View, class Range>
   static View seen_as(Range& range) {
     using data_type = decltype(std::declval<const View&>().data());

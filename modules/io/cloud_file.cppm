@@ -43,8 +43,7 @@ struct write_cloud_tap {
   }
 };
 /// The step that writes the cloud to `path` and passes it on unchanged.
-export [[nodiscard]] inline auto write_cloud(std::filesystem::path path,
-                                             task_monitor monitor = {}) {
+export [[nodiscard]] auto write_cloud(std::filesystem::path path, task_monitor monitor = {}) {
   return tap_step{write_cloud_tap{std::move(path), std::move(monitor)}};
 }
 

@@ -70,8 +70,7 @@ struct write_pcd_tap {
   }
 };
 /// The step that writes the cloud to `path` and passes it on unchanged.
-export [[nodiscard]] inline auto write_pcd(std::filesystem::path path,
-                                           pcd_write_options options = {}) {
+export [[nodiscard]] auto write_pcd(std::filesystem::path path, pcd_write_options options = {}) {
   return tap_step{write_pcd_tap{std::move(path), std::move(options)}};
 }
 

@@ -71,8 +71,7 @@ struct write_ply_tap {
   }
 };
 /// The step that writes the cloud to `path` and passes it on unchanged.
-export [[nodiscard]] inline auto write_ply(std::filesystem::path path,
-                                           ply_write_options options = {}) {
+export [[nodiscard]] auto write_ply(std::filesystem::path path, ply_write_options options = {}) {
   return tap_step{write_ply_tap{std::move(path), std::move(options)}};
 }
 

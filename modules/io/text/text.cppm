@@ -95,8 +95,7 @@ struct write_text_tap {
   }
 };
 /// The step that writes the cloud to `path` and passes it on unchanged.
-export [[nodiscard]] inline auto write_text(std::filesystem::path path,
-                                            text_write_options options = {}) {
+export [[nodiscard]] auto write_text(std::filesystem::path path, text_write_options options = {}) {
   return tap_step{write_text_tap{std::move(path), std::move(options)}};
 }
 

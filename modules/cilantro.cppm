@@ -13,4 +13,5 @@ export import cilantro.io;
 export import cilantro.registration;
 export import cilantro.clustering;
 export import cilantro.consensus;
+export import cilantro.spatial;
 export import cilantro.embedding;

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "spatial/qhull.hpp"
+module cilantro.spatial;
+
+import :hull_candidates;
+import :polytope_shape;
+
+namespace cilantro {
+namespace {
+
+/// A centre that is subtracted from all points without rounding, or 0: along an axis on which all
+/// points are on one side of 0 and within a factor of two, the nearest of them.
+Eigen::VectorXd exact_center(const Eigen::MatrixXd& points) {
+  const Eigen::VectorXd low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
+  Eigen::VectorXd center = Eigen::VectorXd::Zero(points.rows());
+  for (index_t d = 0; d < center.size(); ++d) {
+    if (low[d] > 0 && high[d] <= 2 * low[d]) center[d] = low[d];
+    if (high[d] < 0 && low[d] >= 2 * high[d]) center[d] = high[d];
+  }
+  return center;
+}
+
+/// For points that lie in a hyperplane or less: where the hull is a point, a segment, or found in
+/// a subspace.
+affine_subspace subspace_of(const Eigen::MatrixXd& points, double negligible) {
+  Eigen::Index first = 0;
+  points.row(0).minCoeff(&first);
+  const Eigen::VectorXd origin = points.col(first);
+  return {origin, span_of(points.colwise() - origin, negligible)};
+}
+
+/// The hull of points on a line.
+polytope_shape segment_of(const Eigen::MatrixXd& points) {
+  Eigen::Index low = 0, high = 0;
+  points.row(0).minCoeff(&low);
+  points.row(0).maxCoeff(&high);
+  const auto [first, second] = std::minmax(low, high);
+  const double side = first == low ? -1 : 1;
+  polytope_shape shape;
+  shape.indices = {static_cast<std::int32_t>(first), static_cast<std::int32_t>(second)};
+  shape.vertices = columns_of(points, shape.indices);
+  shape.normals = Eigen::RowVector2d{side, -side};
+  shape.offsets = Eigen::Vector2d{side * points(0, first), -side * points(0, second)};
+  shape.facets = {{0, 1, 2}, {0, 1}};
+  shape.neighbors = {{0, 1, 2}, {1, 0}};
+  return shape;
+}
+
+/// For each point the first one that is equal to it.
+std::vector<std::int32_t> first_equals(const Eigen::MatrixXd& points) {
+  std::vector<std::int32_t> order(points.cols()), first(points.cols());
+  std::iota(order.begin(), order.end(), 0);
+  const auto compare = [&](auto a, auto b) {
+    for (index_t d = 0; d < points.rows(); ++d)
+      if (points(d, a) != points(d, b)) return points(d, a) < points(d, b) ? -1 : 1;
+    return 0;
+  };
+  std::ranges::sort(order, [&](auto a, auto b) {
+    const int c = compare(a, b);
+    return c < 0 || (c == 0 && a < b);
+  });
+  for (std::size_t k = 0; k < order.size(); ++k)
+    first[order[k]] = k > 0 && compare(order[k - 1], order[k]) == 0 ? first[order[k - 1]] : order[k];
+  return first;
+}
+
+/// Facets that are the simplices of the boundary.
+void facets_from_simplices(polytope_shape& shape) {
+  const index_t d = shape.vertices.rows(), count = std::ssize(shape.simplices) / d;
+  const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
+  shape.normals.resize(d, count);
+  shape.offsets.resize(count);
+  for (index_t f = 0; f < count; ++f) {
+    const std::span corners{shape.simplices.data() + f * d, static_cast<std::size_t>(d)};
+    const Eigen::VectorXd first = shape.vertices.col(corners[0]);
+    Eigen::MatrixXd edges(d, d - 1);
+    for (index_t k = 1; k < d; ++k) edges.col(k - 1) = shape.vertices.col(corners[k]) - first;
+    const Eigen::VectorXd across = complement_of(span_of(edges, 0)).col(0);
+    shape.normals.col(f) = across.dot(first - middle) < 0 ? Eigen::VectorXd{-across} : across;
+    shape.offsets[f] = shape.normals.col(f).dot(first);
+    shape.facets.values.insert(shape.facets.values.end(), corners.begin(), corners.end());
+    shape.facets.close();
+  }
+}
+
+/// The hull of points that no hyperplane holds, at least two axes.
+polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, const hull_options& how) {
+  const index_t d = points.rows();
+  const auto found = detail::run_qhull(
+      points.data(), static_cast<int>(points.cols()), static_cast<int>(d),
+      d > 3 ? detail::qhull_wish::facets_and_simplices : detail::qhull_wish::facets);
+  if (!found.error.empty()) throw std::runtime_error{"convex_hull: Qhull failed: " + found.error};
+
+  const auto first = first_equals(points);
+  std::vector<std::int32_t> place(points.cols(), -1);
+  for (const auto i : found.vertices.values) place[first[i]] = 0;
+  polytope_shape shape;
+  for (index_t i = 0; i < points.cols(); ++i)
+    if (place[i] == 0) {
+      place[i] = static_cast<std::int32_t>(shape.indices.size());
+      shape.indices.push_back(static_cast<std::int32_t>(i));
+    }
+  shape.vertices = columns_of(points, shape.indices);
+  const auto vertex = [&](auto i) { return place[first[i]]; };
+
+  std::ranges::transform(found.simplices, std::back_inserter(shape.simplices), vertex);
+  if (d > 3 && how.simplicial) {
+    facets_from_simplices(shape);
+    return shape;
+  }
+  const index_t count = std::ssize(found.vertices.begins) - 1;
+  std::ranges::transform(found.vertices.values, std::back_inserter(shape.facets.values), vertex);
+  shape.facets.begins = found.vertices.begins;
+  if (d > 3) shape.neighbors = {found.neighbors.begins, found.neighbors.values};
+  shape.normals = Eigen::Map<const Eigen::MatrixXd>(found.normals.data(), d, count);
+  shape.offsets.resize(count);
+  for (index_t f = 0; f < count; ++f) {
+    shape.offsets[f] = -std::numeric_limits<double>::infinity();
+    for (const auto v : std::as_const(shape.facets)[f])
+      shape.offsets[f] =
+          std::max(shape.offsets[f], shape.normals.col(f).dot(shape.vertices.col(v)));
+  }
+  return shape;
+}
+
+/// The hull of finite points, one per column; `flat` is how thin it may be and count as flat.
+polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_options& how) {
+  const index_t d = input.rows();
+  const Eigen::VectorXd center = exact_center(input);
+  Eigen::MatrixXd points = input.colwise() - center;
+  const double size = points.cwiseAbs().maxCoeff();
+  int exponent = 0;
+  std::frexp(size, &exponent);
+  const double scale = size > 0 ? std::ldexp(1.0, exponent) : 1;
+  points /= scale;
+
+  affine_subspace within = subspace_of(points, flat / scale);
+  const index_t k = within.basis.cols();
+  if (k == d)
+    within = {Eigen::VectorXd::Zero(d), Eigen::MatrixXd::Identity(d, d)};
+  else
+    points = Eigen::MatrixXd{within.basis.transpose() * (points.colwise() - within.origin)};
+
+  polytope_shape shape;
+  double outside = 0;
+  if (k == 0) {
+    shape.indices = {0};
+    shape.vertices.resize(0, 1);
+    shape.normals.resize(0, 0);
+  } else {
+    shape = k == 1 ? segment_of(points) : hull_by_qhull(points, how);
+    arrange(shape, true, how.simplicial);
+    outside = farthest_outside(points, shape.normals, shape.offsets);
+    if (outside * scale > std::max(how.tolerance, 1e-9 * size))
+      throw std::runtime_error{
+          "convex_hull: the result does not hold; a point is outside by " +
+          in_digits(outside * scale) + ". A larger tolerance may help"};
+  }
+  const index_list indices = shape.indices;
+  shape.vertices *= scale;
+  shape.offsets *= scale;
+  within.origin = within.origin * scale + center;
+  polytope_data out = embed(std::move(shape), within, {});
+  out.vertices = columns_of(input, indices);
+  const double rounding = 64 * std::numeric_limits<double>::epsilon() * input.cwiseAbs().maxCoeff();
+  out.tolerance = std::max({how.tolerance, rounding, outside * scale, k < d ? flat : 0.0});
+  return out;
+}
+
+}  // namespace
+
+template <Scalar S>
+std::shared_ptr<const polytope_data> make_hull(points_view<S, dynamic> points,
+                                               const Eigen::VectorXd& origin,
+                                               const hull_options& how) {
+  const index_t d = points.dimension();
+  expects(how.tolerance >= 0 && std::isfinite(how.tolerance),
+          "convex_hull: the tolerance must not be negative");
+  expects(points.size() <= std::numeric_limits<std::int32_t>::max(),
+          "convex_hull: no more than 2^31 - 1 points");
+  const auto candidates = hull_candidates(points, how);
+  if (how.monitor.stop.stop_requested()) throw cancelled{};
+  if (candidates.empty()) {
+    auto empty = *make_empty(d);
+    empty.non_finite = points.size();
+    return std::make_shared<const polytope_data>(std::move(empty));
+  }
+  Eigen::MatrixXd chosen(d, std::ssize(candidates));
+  for (index_t i = 0; i < chosen.cols(); ++i)
+    chosen.col(i) = points[candidates[i]].template cast<double>();
+  const double size = d == 0 ? 0 : chosen.cwiseAbs().maxCoeff();
+  const double flat = how.tolerance > 0
+                          ? how.tolerance
+                          : size * (4 * double(std::numeric_limits<S>::epsilon()) +
+                                    32 * std::numeric_limits<double>::epsilon());
+  polytope_data out = hull_of(chosen, flat, how);
+  for (auto& i : out.indices) i = candidates[i];
+  out.non_finite = candidates.non_finite;
+  translate(out, origin);
+  return std::make_shared<const polytope_data>(std::move(out));
+}
+template std::shared_ptr<const polytope_data> make_hull(points_view<float, dynamic>,
+                                                        const Eigen::VectorXd&,
+                                                        const hull_options&);
+template std::shared_ptr<const polytope_data> make_hull(points_view<double, dynamic>,
+                                                        const Eigen::VectorXd&,
+                                                        const hull_options&);
+
+std::shared_ptr<const polytope_data> make_empty(index_t dimension) {
+  polytope_data none;
+  none.dimension = dimension;
+  none.vertices.resize(dimension, 0);
+  none.rays.resize(dimension, 0);
+  // Half-spaces that contradict each other, so that what looks at these alone is right, too.
+  none.normals = Eigen::MatrixXd::Zero(dimension, 2);
+  none.offsets = Eigen::Vector2d{-1, -1};
+  if (dimension > 0) none.normals.row(0) << 1, -1;
+  return std::make_shared<const polytope_data>(std::move(none));
+}
+
+}  // namespace cilantro

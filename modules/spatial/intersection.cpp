@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "spatial/qhull.hpp"
+module cilantro.spatial;
+
+import :linear_program;
+import :polytope_shape;
+
+namespace cilantro {
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// Half-spaces normal · x <= offset, the normals of unit length, one per column.
+struct rows {
+  Eigen::MatrixXd normals;
+  Eigen::VectorXd offsets;
+};
+
+rows some_of(const rows& all, const std::vector<index_t>& which) {
+  return {columns_of(all.normals, which), entries_of(all.offsets, which)};
+}
+
+/// What vertices are found about: an inner point, and the map to coordinates in which the set is
+/// about as wide in all directions, x = center + axes · z.
+struct round_view {
+  Eigen::VectorXd center;
+  Eigen::MatrixXd axes;
+};
+
+/// Lower triangular L with L · Lᵀ = rows · rowsᵀ, by orthogonalising (Gram and Schmidt, modified):
+/// the products themselves would lose what is thinner than 10⁻⁸ of its length.
+Eigen::MatrixXd triangle_of(Eigen::MatrixXd axes) {
+  const index_t d = axes.cols();
+  Eigen::MatrixXd l = Eigen::MatrixXd::Zero(d, d);
+  for (index_t j = 0; j < d; ++j) {
+    l(j, j) = axes.col(j).norm();
+    if (!(l(j, j) > 0)) l(j, j) = std::numeric_limits<double>::min();
+    axes.col(j) /= l(j, j);
+    for (index_t i = j + 1; i < d; ++i) {
+      l(i, j) = axes.col(j).dot(axes.col(i));
+      axes.col(i) -= l(i, j) * axes.col(j);
+    }
+  }
+  return l;
+}
+Eigen::VectorXd solve_lower(const Eigen::MatrixXd& l, Eigen::VectorXd b) {
+  for (index_t i = 0; i < b.size(); ++i) b[i] = (b[i] - l.row(i).head(i).dot(b.head(i))) / l(i, i);
+  return b;
+}
+Eigen::VectorXd solve_upper(const Eigen::MatrixXd& l, Eigen::VectorXd b) {
+  for (index_t i = b.size() - 1; i >= 0; --i)
+    b[i] = (b[i] - l.col(i).tail(b.size() - i - 1).dot(b.tail(b.size() - i - 1))) / l(i, i);
+  return b;
+}
+
+/// The analytic centre, by damped Newton steps from an inner point, and the ellipsoid about it that
+/// the logarithmic barrier gives: the set lies within it times the number of half-spaces (Nesterov
+/// and Nemirovski 1994). A box of half the width `bound` about `inside` takes part, so that there is
+/// a centre in all cases.
+round_view rounded(const rows& set, const Eigen::VectorXd& inside, double bound) {
+  const index_t d = set.normals.rows();
+  round_view view{.center = inside, .axes = {}};
+  for (int step = 0; step < 60; ++step) {
+    const Eigen::VectorXd slack = set.offsets - set.normals.transpose() * view.center;
+    const Eigen::ArrayXd above = 1 / (bound - (view.center - inside).array());
+    const Eigen::ArrayXd below = 1 / (bound + (view.center - inside).array());
+    Eigen::MatrixXd scaled(slack.size() + 2 * d, d);
+    scaled.topRows(slack.size()) = set.normals.transpose();
+    for (index_t i = 0; i < slack.size(); ++i) scaled.row(i) /= slack[i];
+    scaled.middleRows(slack.size(), d) = above.matrix().asDiagonal();
+    scaled.bottomRows(d) = (-below).matrix().asDiagonal();
+    const Eigen::VectorXd gradient = scaled.colwise().sum().transpose();
+    const Eigen::MatrixXd l = triangle_of(std::move(scaled));
+    const Eigen::VectorXd half = solve_lower(l, gradient);
+    const double decrement = half.norm();
+    view.axes = Eigen::MatrixXd(d, d);
+    for (index_t j = 0; j < d; ++j) view.axes.col(j) = solve_upper(l, Eigen::VectorXd::Unit(d, j));
+    if (!(decrement > 0.3)) break;
+    view.center -= solve_upper(l, half) / (1 + decrement);
+  }
+  return view;
+}
+
+/// The corner nearest to `guess` of the planes that meet there, by least squares.
+Eigen::VectorXd polished(const rows& set, std::span<const std::int32_t> meeting,
+                         const Eigen::VectorXd& guess, const round_view& view) {
+  // In the rounded coordinates, in which the planes are far from parallel.
+  Eigen::MatrixXd planes(std::ssize(meeting), guess.size());
+  Eigen::VectorXd errors(planes.rows());
+  for (index_t k = 0; k < planes.rows(); ++k) {
+    const auto normal = set.normals.col(meeting[k]);
+    planes.row(k) = (view.axes.transpose() * normal).transpose();
+    const double length = planes.row(k).norm();
+    planes.row(k) /= length;
+    errors[k] = (set.offsets[meeting[k]] - normal.dot(guess)) / length;
+  }
+  const Eigen::VectorXd right = planes.transpose() * errors;
+  const Eigen::MatrixXd l = triangle_of(std::move(planes));
+  if (!(l.diagonal().minCoeff() > 1e-5)) return guess;
+  return guess + view.axes * solve_upper(l, solve_lower(l, right));
+}
+
+/// Vertices and rays of a set with an inner point that contains no line, and which half-spaces are
+/// its facets, in coordinates of at least two axes: each facet of the hull of the dual points
+/// normal / slack is a vertex, or a ray if the origin lies in it.
+polytope_shape vertices_and_facets(const rows& set, const round_view& view) {
+  const index_t d = set.normals.rows(), count = set.normals.cols();
+  Eigen::MatrixXd dual(d, count + 1);
+  for (index_t i = 0; i < count; ++i)
+    dual.col(i) = view.axes.transpose() * set.normals.col(i) /
+                  (set.offsets[i] - set.normals.col(i).dot(view.center));
+  dual.col(count).setZero();
+  const auto found = detail::run_qhull(dual.data(), static_cast<int>(count + 1),
+                                       static_cast<int>(d), detail::qhull_wish::facets);
+  if (!found.error.empty())
+    throw std::runtime_error{"intersect_half_spaces: Qhull failed: " + found.error};
+
+  struct corner {
+    Eigen::VectorXd place;
+    bool is_ray;
+    std::vector<std::int32_t> meeting;
+  };
+  std::vector<corner> corners;
+  for (std::size_t f = 0; f + 1 < found.vertices.begins.size(); ++f) {
+    const std::span<const std::int32_t> all =
+        std::span{found.vertices.values}.subspan(found.vertices.begins[f],
+                                                 found.vertices.begins[f + 1] - found.vertices.begins[f]);
+    const Eigen::Map<const Eigen::VectorXd> normal(found.normals.data() + f * d, d);
+    corner next{.place = {}, .is_ray = std::ranges::count(all, count) > 0, .meeting = {}};
+    double offset = 0;
+    for (const auto i : all)
+      if (i != count) {
+        next.meeting.push_back(i);
+        offset += normal.dot(dual.col(i)) / double(all.size());
+      }
+    next.is_ray = next.is_ray || offset < 1e-9;
+    next.place = next.is_ray ? Eigen::VectorXd{(view.axes * normal).normalized()}
+                             : polished(set, next.meeting, view.center + view.axes * (normal / offset), view);
+    corners.push_back(std::move(next));
+  }
+  std::ranges::sort(corners, [](const corner& a, const corner& b) {
+    if (a.is_ray != b.is_ray) return b.is_ray;
+    return std::ranges::lexicographical_compare(a.place, b.place);
+  });
+
+  polytope_shape shape;
+  const auto vertices = std::ranges::count(corners, false, &corner::is_ray);
+  shape.vertices.resize(d, vertices);
+  shape.rays.resize(d, std::ssize(corners) - vertices);
+  std::vector<std::vector<std::int32_t>> corners_of(count);
+  for (index_t k = 0; k < std::ssize(corners); ++k) {
+    (k < vertices ? shape.vertices.col(k) : shape.rays.col(k - vertices)) = corners[k].place;
+    for (const auto i : corners[k].meeting) corners_of[i].push_back(static_cast<std::int32_t>(k));
+  }
+  std::vector<index_t> facets;
+  for (index_t i = 0; i < count; ++i) {
+    if (std::ssize(corners_of[i]) < d) continue;
+    facets.push_back(i);
+    shape.facets.values.insert(shape.facets.values.end(), corners_of[i].begin(),
+                               corners_of[i].end());
+    shape.facets.close();
+  }
+  shape.normals = columns_of(set.normals, facets);
+  shape.offsets = entries_of(set.offsets, facets);
+  return shape;
+}
+
+/// The same on a line.
+polytope_shape interval(const rows& set) {
+  polytope_shape shape;
+  std::vector<double> ends;
+  std::vector<index_t> facets;
+  for (const double side : {-1.0, 1.0}) {
+    index_t best = -1;
+    for (index_t i = 0; i < set.normals.cols(); ++i)
+      if (set.normals(0, i) * side > 0 && (best < 0 || set.offsets[i] < set.offsets[best])) best = i;
+    if (best < 0) continue;
+    facets.push_back(best);
+    ends.push_back(side * set.offsets[best]);
+  }
+  shape.normals = columns_of(set.normals, facets);
+  shape.offsets = entries_of(set.offsets, facets);
+  shape.vertices = Eigen::Map<const Eigen::RowVectorXd>(ends.data(), 1, std::ssize(ends));
+  shape.rays.resize(1, facets.size() == 1 ? 1 : 0);
+  if (facets.size() == 1) shape.rays(0, 0) = -shape.normals(0, 0);
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    shape.facets.values.push_back(static_cast<std::int32_t>(f));
+    shape.facets.close();
+  }
+  if (facets.size() == 2)
+    shape.neighbors = {{0, 1, 2}, {1, 0}};
+  else
+    shape.neighbors = {{0, 0}, {}};
+  return shape;
+}
+
+/// A set with an inner point, in coordinates of at least one axis.
+polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double bound) {
+  const index_t d = set.normals.rows();
+  const Eigen::MatrixXd across = span_of(set.normals, 1e-9);
+  if (const index_t k = across.cols(); k < d) {
+    // Lines: what is across them is the same everywhere along.
+    polytope_shape shape;
+    if (k == 0) {
+      shape.vertices = inside;
+      shape.normals.resize(d, 0);
+      shape.rays.resize(d, 0);
+    } else {
+      rows less{across.transpose() * set.normals, set.offsets};
+      shape = shape_of(less, across.transpose() * inside, bound);
+      const Eigen::MatrixXd along = complement_of(across);
+      const Eigen::VectorXd place = along * (along.transpose() * inside);
+      shape.vertices = Eigen::MatrixXd{(across * shape.vertices).colwise() + place};
+      shape.rays = Eigen::MatrixXd{across * shape.rays};
+      shape.normals = Eigen::MatrixXd{across * shape.normals};
+    }
+    const Eigen::MatrixXd along = complement_of(across);
+    const index_t corners = shape.vertices.cols(), rays = shape.rays.cols();
+    shape.rays.conservativeResize(d, rays + 2 * along.cols());
+    shape.rays.rightCols(2 * along.cols()) << along, -along;
+    lists_of_indices facets;
+    for (index_t f = 0; f < shape.facets.size(); ++f) {
+      const auto list = std::as_const(shape.facets)[f];
+      facets.values.insert(facets.values.end(), list.begin(), list.end());
+      for (index_t r = rays; r < shape.rays.cols(); ++r)
+        facets.values.push_back(static_cast<std::int32_t>(corners + r));
+      facets.close();
+    }
+    shape.facets = std::move(facets);
+    return shape;
+  }
+  if (d == 1) return interval(set);
+  return vertices_and_facets(set, rounded(set, inside, bound));
+}
+
+/// The rows without those that say the same as another or nothing, normals of unit length; nothing
+/// if one of them cannot be met.
+std::optional<rows> cleaned(const Eigen::MatrixXd& normals, const Eigen::VectorXd& offsets) {
+  const index_t d = normals.rows();
+  std::vector<std::int32_t> order;
+  rows unit{normals, offsets};
+  for (index_t i = 0; i < normals.cols(); ++i) {
+    expects(normals.col(i).allFinite() && !std::isnan(offsets[i]),
+            "intersect_half_spaces: normals must be finite, and offsets numbers");
+    // Scaled first, so that the square is in range.
+    const double largest = d == 0 ? 0 : normals.col(i).cwiseAbs().maxCoeff();
+    const bool says_nothing = offsets[i] == std::numeric_limits<double>::infinity() ||
+                              (largest == 0 && offsets[i] >= 0);
+    if (says_nothing) continue;
+    if (largest == 0 || offsets[i] == -std::numeric_limits<double>::infinity()) return {};
+    const Eigen::VectorXd scaled = normals.col(i) / largest;
+    const double length = scaled.norm();
+    unit.normals.col(i) = scaled / length;
+    unit.offsets[i] = offsets[i] / largest / length;
+    expects(std::isfinite(unit.offsets[i]),
+            "intersect_half_spaces: an offset is out of range for its normal");
+    order.push_back(static_cast<std::int32_t>(i));
+  }
+  const auto compare = [&](std::int32_t a, std::int32_t b) {
+    for (index_t k = 0; k < d; ++k)
+      if (unit.normals(k, a) != unit.normals(k, b))
+        return unit.normals(k, a) < unit.normals(k, b) ? -1 : 1;
+    return 0;
+  };
+  std::ranges::sort(order, [&](auto a, auto b) {
+    const int c = compare(a, b);
+    return c < 0 || (c == 0 && (unit.offsets[a] < unit.offsets[b] || (unit.offsets[a] == unit.offsets[b] && a < b)));
+  });
+  std::vector<index_t> kept;
+  for (const auto i : order)
+    if (kept.empty() || compare(static_cast<std::int32_t>(kept.back()), i) != 0) kept.push_back(i);
+  std::ranges::sort(kept);
+  return some_of(unit, kept);
+}
+
+/// Solves for the set within a subspace, and goes into a smaller one while it has no inside.
+class intersection {
+ public:
+  intersection(rows set, double tolerance)
+      : set_{std::move(set)},
+        wanted_{tolerance},
+        within_{Eigen::VectorXd::Zero(set_.normals.rows()),
+                Eigen::MatrixXd::Identity(set_.normals.rows(), set_.normals.rows())} {}
+
+  std::shared_ptr<const polytope_data> result() {
+    const index_t d = set_.normals.rows();
+    while (within_.basis.cols() > 0) {
+      const auto ball = inner_ball();
+      if (ball.radius < -tolerance_) return make_empty(d);
+      if (ball.radius > tolerance_) return finish(shape_of(set_, ball.center, bound_));
+      if (!reduce(ball)) return make_empty(d);
+    }
+    if (set_.normals.cols() > 0) return make_empty(d);
+    polytope_shape point;
+    point.vertices.resize(0, 1);
+    point.normals.resize(0, 0);
+    point.rays.resize(0, 0);
+    return finish(std::move(point));
+  }
+
+ private:
+  /// Moves the origin to the centre of the set, and does so twice: the second time, offsets are as
+  /// small as the set.
+  ball_in_half_spaces inner_ball() {
+    ball_in_half_spaces ball;
+    for (int round = 0; round < 2; ++round) {
+      double size = set_.offsets.size() == 0 ? 0 : set_.offsets.cwiseAbs().maxCoeff();
+      if (!(size > 0)) size = 1;
+      bound_ = 4 * size;
+      ball = largest_ball(set_.normals, set_.offsets, bound_);
+      double rounding = within_.origin.cwiseAbs().maxCoeff() + std::abs(ball.radius);
+      for (const auto i : ball.tight) rounding = std::max(rounding, std::abs(set_.offsets[i]));
+      rounding_ = std::max(rounding_, 64 * epsilon * rounding);
+      tolerance_ = std::max(wanted_, rounding_);
+      if (round > 0 || ball.touches_bound || ball.radius < -tolerance_) break;
+      set_.offsets -= set_.normals.transpose() * ball.center;
+      within_.origin += within_.basis * ball.center;
+      // Far away half-spaces would make the bound as large; they come back where they matter.
+      ball.center.setZero();
+    }
+    return ball;
+  }
+
+  /// Goes into the subspace in which the half-spaces that determine the ball hold as equations;
+  /// false if the others contradict them.
+  bool reduce(const ball_in_half_spaces& ball) {
+    const index_t k = within_.basis.cols();
+    if (ball.tight.empty()) return false;
+    const Eigen::MatrixXd across = span_of(columns_of(set_.normals, ball.tight), 1e-6);
+    if (across.cols() == 0) return false;
+    const Eigen::MatrixXd along = complement_of(across);
+    rows less{along.transpose() * set_.normals,
+              set_.offsets - set_.normals.transpose() * ball.center};
+    std::vector<index_t> kept;
+    for (index_t i = 0; i < less.normals.cols(); ++i) {
+      const double length = less.normals.cols() == 0 || k == across.cols() ? 0 : less.normals.col(i).norm();
+      if (length > 1e-9) {
+        less.normals.col(i) /= length;
+        less.offsets[i] /= length;
+        kept.push_back(i);
+      } else if (less.offsets[i] < -4 * tolerance_) {
+        return false;
+      }
+    }
+    set_ = some_of(less, kept);
+    within_.origin += within_.basis * ball.center;
+    within_.basis = Eigen::MatrixXd{within_.basis * along};
+    return true;
+  }
+
+  std::shared_ptr<const polytope_data> finish(polytope_shape shape) {
+    arrange(shape, false, false);
+    if (shape.rays.cols() == 0 && shape.vertices.rows() > 3) {
+      // Its boundary as simplices.
+      const Eigen::MatrixXd corners = shape.vertices;
+      const auto hull = detail::run_qhull(corners.data(), static_cast<int>(corners.cols()),
+                                          static_cast<int>(corners.rows()),
+                                          detail::qhull_wish::facets_and_simplices);
+      if (!hull.error.empty())
+        throw std::runtime_error{"intersect_half_spaces: Qhull failed: " + hull.error};
+      shape.simplices.assign(hull.simplices.begin(), hull.simplices.end());
+    }
+    double outside = 0;
+    if (shape.vertices.cols() > 0 && set_.normals.cols() > 0)
+      outside = farthest_outside(shape.vertices, set_.normals, set_.offsets);
+    polytope_data out = embed(std::move(shape), within_, {});
+    const double size = out.vertices.size() == 0 ? 0 : out.vertices.cwiseAbs().maxCoeff();
+    out.tolerance = std::max({wanted_, rounding_, outside, 64 * epsilon * size});
+    if (outside > std::max(wanted_, 1e-9 * (1 + size)))
+      throw std::runtime_error{"intersect_half_spaces: the result does not hold; a vertex is outside by " +
+                               in_digits(outside)};
+    return std::make_shared<const polytope_data>(std::move(out));
+  }
+
+  rows set_;
+  double wanted_;
+  affine_subspace within_;
+  double bound_ = 1, rounding_ = 0, tolerance_ = 0;
+};
+
+}  // namespace
+
+std::shared_ptr<const polytope_data> make_intersection(const Eigen::MatrixXd& normals,
+                                                       const Eigen::VectorXd& offsets,
+                                                       double tolerance) {
+  expects(tolerance >= 0 && std::isfinite(tolerance),
+          "intersect_half_spaces: the tolerance must not be negative");
+  const auto set = cleaned(normals, offsets);
+  if (!set) return make_empty(normals.rows());
+  return intersection{*set, tolerance}.result();
+}
+
+}  // namespace cilantro

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// The seam between the library and the one unit that knows Qhull. Internal.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cilantro::detail {
+
+/// Lists of numbers one after the other: list i is `values` from begins[i] up to begins[i + 1].
+struct index_lists {
+  std::vector<std::int32_t> begins{0};
+  std::vector<std::int32_t> values;
+
+  void close() { begins.push_back(static_cast<std::int32_t>(values.size())); }
+};
+
+/// The facets of a convex hull, in Qhull's order.
+struct qhull_facets {
+  index_lists vertices;   ///< Indices of points, in no order.
+  index_lists neighbors;  ///< Facets that share a ridge, in no order.
+  /// `dimension` numbers per facet: its outward normal, of unit length.
+  std::vector<double> normals;
+  /// If asked for, the boundary as simplices: `dimension` indices of points each.
+  std::vector<std::int32_t> simplices;
+  std::string error;  ///< Empty if all went well; otherwise what Qhull says.
+};
+
+enum class qhull_wish { facets, facets_and_simplices };
+
+/// The convex hull of `count` finite points of `dimension` coordinates, packed, at least 2, which
+/// must not lie in a hyperplane. Writes nothing anywhere and never ends the process. Throws
+/// `std::bad_alloc` alone.
+qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wish wish);
+
+}  // namespace cilantro::detail

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.spatial: convex polytopes and regions of space.
+export module cilantro.spatial;
+
+export import cilantro.core;
+export import cilantro.geometry;
+export import :polytope_data;
+export import :convex_polytope;

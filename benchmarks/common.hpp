@@ -111,6 +111,53 @@ inline const std::vector<registration_pair>& registration_pairs() {
   return pairs;
 }
 
+/// Numbers in [0, 1) that are the same everywhere.
+class plain_random {
+ public:
+  double operator()() {
+    state_ = state_ * 6364136223846793005U + 1442695040888963407U;
+    return double(state_ >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::uint64_t state_ = 1;
+};
+/// Uniform in a cube, as many as a frame has; and on the unit sphere.
+inline const std::vector<float>& cube_points() {
+  static const std::vector<float> points = [] {
+    plain_random random;
+    std::vector<float> all(3 * 270000);
+    for (float& x : all) x = float(random());
+    return all;
+  }();
+  return points;
+}
+inline const std::vector<float>& sphere_points() {
+  static const std::vector<float> points = [] {
+    plain_random random;
+    std::vector<float> all;
+    while (all.size() < 3 * 30000) {
+      const double x = 2 * random() - 1, y = 2 * random() - 1, z = 2 * random() - 1;
+      const double length = std::sqrt(x * x + y * y + z * z);
+      if (length > 1 || length < 0.1) continue;
+      all.insert(all.end(), {float(x / length), float(y / length), float(z / length)});
+    }
+    return all;
+  }();
+  return points;
+}
+/// Corners of boxes with edges of 0.4 to 1, whose lower corners are in a cube of the given edge.
+inline std::vector<std::array<std::array<double, 3>, 2>> random_boxes(int count, double spread) {
+  plain_random random;
+  std::vector<std::array<std::array<double, 3>, 2>> boxes(count);
+  for (auto& [low, high] : boxes)
+    for (int d = 0; d < 3; ++d) {
+      low[d] = spread * random();
+      high[d] = low[d] + 0.4 + 0.6 * random();
+    }
+  return boxes;
+}
+
 /// A number that programs which did the same work agree on.
 inline void report_result(benchmark::State& state, double result) {
   state.counters["result"] = result;

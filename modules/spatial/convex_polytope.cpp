@@ -162,8 +162,7 @@ std::shared_ptr<const polytope_data> sum_of(const polytope_data& a, const polyto
   return std::make_shared<const polytope_data>(std::move(hull));
 }
 
-std::shared_ptr<const polytope_data> difference_of(const polytope_data& a,
-                                                   const polytope_data& b) {
+std::shared_ptr<const polytope_data> difference_of(const polytope_data& a, const polytope_data& b) {
   expects(a.dimension == b.dimension, "minkowski_difference: both must have the same dimension");
   expect_bounded(b, "minkowski_difference");
   if (a.affine_dimension < 0) return make_empty(a.dimension);
@@ -183,9 +182,8 @@ void find_inside(const polytope_data& polytope, points_view<S, dynamic> points,
   const Eigen::VectorXd offsets = polytope.offsets.array() + (margin + polytope.tolerance);
   find_inside(points, origin, polytope.normals, offsets, how, inside);
 }
-template void find_inside(const polytope_data&, points_view<float, dynamic>,
-                          const Eigen::VectorXd&, double, const execution&,
-                          std::span<std::uint8_t>);
+template void find_inside(const polytope_data&, points_view<float, dynamic>, const Eigen::VectorXd&,
+                          double, const execution&, std::span<std::uint8_t>);
 template void find_inside(const polytope_data&, points_view<double, dynamic>,
                           const Eigen::VectorXd&, double, const execution&,
                           std::span<std::uint8_t>);

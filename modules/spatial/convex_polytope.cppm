@@ -11,8 +11,8 @@ namespace cilantro {
 
 /// What kind of set a polytope is.
 export enum class polytope_status {
-  empty,     ///< No point.
-  flat,      ///< Of a lower dimension than the space: a point, a segment, a polygon in space, a line…
+  empty,  ///< No point.
+  flat,   ///< Of a lower dimension than the space: a point, a segment, a polygon in space, a line…
   bounded,   ///< With an inside, and with an end in every direction.
   unbounded  ///< With an inside, and without an end in some direction.
 };
@@ -23,7 +23,8 @@ struct polytope_facet {
   point_vector<double, D> normal;  ///< Of unit length, outwards.
   double offset;                   ///< normal · x <= offset in the polytope, with = in the facet.
   /// Vertices of the polytope; in a bounded polygon's case counterclockwise as seen from outside,
-  /// from the least index on, and otherwise ascending. Indices from `vertices().size()` on are rays.
+  /// from the least index on, and otherwise ascending. Indices from `vertices().size()` on are
+  /// rays.
   std::span<const std::int32_t> vertices;
   /// Facets that share a face of the next lower dimension; in a bounded polygon's case that at the
   /// edge from vertex i to vertex i + 1.
@@ -182,6 +183,13 @@ class convex_polytope {
     find_inside<scalar_of<P>>(*data_, view, origin_in(points), margin, how, inside);
     return inside;
   }
+  /// As above: writes 1 or 0 for each point, to which `origin` is added.
+  template <Scalar S>
+  void mark_inside(points_view<S, dynamic> points, const Eigen::VectorXd& origin,
+                   std::span<std::uint8_t> inside, const execution& how = {}) const {
+    check(points.dimension());
+    find_inside(*data_, points, origin, 0, how, inside);
+  }
   /// The distance to the boundary, negative inside; infinity for the empty set, and −infinity for
   /// all of space. In a flat set, the distance to it.
   template <class P>
@@ -213,8 +221,8 @@ class convex_polytope {
                                                      const convex_polytope& b) {
     return convex_polytope{sum_of(*a.data_, *b.data_)};
   }
-  /// All points p such that p + q is in `a` for each q of `b`: what is left of `a` for the origin of
-  /// `b` to be in. For bounded `b`.
+  /// All points p such that p + q is in `a` for each q of `b`: what is left of `a` for the origin
+  /// of `b` to be in. For bounded `b`.
   [[nodiscard]] friend convex_polytope minkowski_difference(const convex_polytope& a,
                                                             const convex_polytope& b) {
     return convex_polytope{difference_of(*a.data_, *b.data_)};
@@ -222,6 +230,10 @@ class convex_polytope {
 
   /// Internal.
   [[nodiscard]] const polytope_data& data() const [[clang::lifetimebound]] { return *data_; }
+  [[nodiscard]] const std::shared_ptr<const polytope_data>& shared() const
+      [[clang::lifetimebound]] {
+    return data_;
+  }
 
  private:
   static std::shared_ptr<const polytope_data> from_box(const box& from) {
@@ -238,7 +250,8 @@ class convex_polytope {
     return make_intersection(normals, offsets, 0);
   }
   static points_view<double, D> view_of(const Eigen::MatrixXd& columns) {
-    return as_points(Eigen::Map<const point_matrix<double, D>>(columns.data(), columns.rows(), columns.cols()));
+    return as_points(
+        Eigen::Map<const point_matrix<double, D>>(columns.data(), columns.rows(), columns.cols()));
   }
   template <class P>
   [[nodiscard]] Eigen::VectorXd vector_from(const P& point) const {
@@ -268,10 +281,10 @@ class convex_polytope {
 /// finite are left out. No points have the empty hull, and points that lie in a plane, on a line or
 /// together a flat one. Facets are as large as they are: a cube has six, of four vertices each.
 ///
-/// The result has the same bits for any number of threads and any `cull`. Throws `invalid_input` for
-/// a negative tolerance, `cancelled`, and `std::runtime_error` if a result cannot be verified.
-/// O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by Qhull (Barber, Dobkin and Huhdanpaa
-/// 1996), after points that are clearly inside are put aside.
+/// The result has the same bits for any number of threads and any `cull`. Throws `invalid_input`
+/// for a negative tolerance, `cancelled`, and `std::runtime_error` if a result cannot be verified.
+/// O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by Qhull (Barber, Dobkin and
+/// Huhdanpaa 1996), after points that are clearly inside are put aside.
 export template <PointsSource P>
 [[nodiscard]] convex_polytope<dimension_of<P>> convex_hull(const P& points,
                                                            const hull_options& options = {}) {

@@ -61,21 +61,25 @@ polytope_shape segment_of(const Eigen::MatrixXd& points) {
   return shape;
 }
 
-/// For each point the first one that is equal to it.
-std::vector<std::int32_t> first_equals(const Eigen::MatrixXd& points) {
-  std::vector<std::int32_t> order(points.cols()), first(points.cols());
-  std::iota(order.begin(), order.end(), 0);
+/// For each of the `chosen` points the first point that is equal to it; −1 for the others.
+std::vector<std::int32_t> first_equals(const Eigen::MatrixXd& points, index_list chosen) {
   const auto compare = [&](auto a, auto b) {
     for (index_t d = 0; d < points.rows(); ++d)
       if (points(d, a) != points(d, b)) return points(d, a) < points(d, b) ? -1 : 1;
     return 0;
   };
-  std::ranges::sort(order, [&](auto a, auto b) {
-    const int c = compare(a, b);
-    return c < 0 || (c == 0 && a < b);
-  });
-  for (std::size_t k = 0; k < order.size(); ++k)
-    first[order[k]] = k > 0 && compare(order[k - 1], order[k]) == 0 ? first[order[k - 1]] : order[k];
+  const auto before = [&](auto a, auto b) { return compare(a, b) < 0; };
+  std::ranges::sort(chosen);
+  chosen.erase(std::ranges::unique(chosen).begin(), chosen.end());
+  std::ranges::sort(chosen, before);
+  std::vector<std::int32_t> first_of_place(chosen.size(), -1), first(points.cols(), -1);
+  for (std::int32_t i = 0; i < points.cols(); ++i) {
+    const auto at = std::ranges::lower_bound(chosen, i, before) - chosen.begin();
+    if (at < std::ssize(chosen) && compare(chosen[at], i) == 0 && first_of_place[at] < 0)
+      first_of_place[at] = i;
+  }
+  for (const auto i : chosen)
+    first[i] = first_of_place[std::ranges::lower_bound(chosen, i, before) - chosen.begin()];
   return first;
 }
 
@@ -106,7 +110,7 @@ polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, const hull_options& 
       d > 3 ? detail::qhull_wish::facets_and_simplices : detail::qhull_wish::facets);
   if (!found.error.empty()) throw std::runtime_error{"convex_hull: Qhull failed: " + found.error};
 
-  const auto first = first_equals(points);
+  const auto first = first_equals(points, found.vertices.values);
   std::vector<std::int32_t> place(points.cols(), -1);
   for (const auto i : found.vertices.values) place[first[i]] = 0;
   polytope_shape shape;
@@ -165,11 +169,10 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
   } else {
     shape = k == 1 ? segment_of(points) : hull_by_qhull(points, how);
     arrange(shape, true, how.simplicial);
-    outside = farthest_outside(points, shape.normals, shape.offsets);
+    outside = farthest_outside(shape, points);
     if (outside * scale > std::max(how.tolerance, 1e-9 * size))
-      throw std::runtime_error{
-          "convex_hull: the result does not hold; a point is outside by " +
-          in_digits(outside * scale) + ". A larger tolerance may help"};
+      throw std::runtime_error{"convex_hull: the result does not hold; a point is outside by " +
+                               in_digits(outside * scale) + ". A larger tolerance may help"};
   }
   const index_list indices = shape.indices;
   shape.vertices *= scale;
@@ -204,10 +207,9 @@ std::shared_ptr<const polytope_data> make_hull(points_view<S, dynamic> points,
   for (index_t i = 0; i < chosen.cols(); ++i)
     chosen.col(i) = points[candidates[i]].template cast<double>();
   const double size = d == 0 ? 0 : chosen.cwiseAbs().maxCoeff();
-  const double flat = how.tolerance > 0
-                          ? how.tolerance
-                          : size * (4 * double(std::numeric_limits<S>::epsilon()) +
-                                    32 * std::numeric_limits<double>::epsilon());
+  const double flat = how.tolerance > 0 ? how.tolerance
+                                        : size * (4 * double(std::numeric_limits<S>::epsilon()) +
+                                                  32 * std::numeric_limits<double>::epsilon());
   polytope_data out = hull_of(chosen, flat, how);
   for (auto& i : out.indices) i = candidates[i];
   out.non_finite = candidates.non_finite;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Which points can be vertices of their hull at all: in two and three dimensions, those that are not
-// inside the hull of some extreme ones (Akl and Toussaint 1978, with more directions).
+// Which points can be vertices of their hull at all: in two and three dimensions, those that are
+// not inside the hull of some extreme ones (Akl and Toussaint 1978, with more directions).
 module;
 #include <algorithm>
 #include <array>
@@ -37,7 +37,7 @@ namespace {
 constexpr index_t least_points = 1000;
 /// Extremes are looked for in every so many blocks.
 constexpr index_t block = 64, blocks_apart = 8;
-constexpr int directions_3d = 20, directions_2d = 8;
+constexpr int directions_3d = 24, directions_2d = 8;
 
 /// Directions that are spread over a half circle or, along a spiral, over a half sphere, after the
 /// axes.
@@ -58,7 +58,8 @@ Eigen::MatrixXf spread_directions(index_t d) {
   return all;
 }
 
-/// Some points that are far out, ascending and each once. Which ones does not matter for the result.
+/// Some points that are far out, ascending and each once. Which ones does not matter for the
+/// result.
 template <Scalar S>
 index_list extremes_of(points_view<S, dynamic> points) {
   const index_t d = points.dimension();
@@ -72,7 +73,8 @@ index_list extremes_of(points_view<S, dynamic> points) {
   std::array<std::array<float, block>, 3> axis{};
   const auto load = [&](index_t begin) {
     for (index_t k = 0; k < d; ++k)
-      for (index_t i = 0; i < block; ++i) axis[k][i] = float(points.data()[(begin + i) * points.stride() + k]);
+      for (index_t i = 0; i < block; ++i)
+        axis[k][i] = float(points.data()[(begin + i) * points.stride() + k]);
   };
   const auto along = [&](index_t j, index_t i) {
     float sum = directions(0, j) * axis[0][i] + directions(1, j) * axis[1][i];
@@ -119,14 +121,14 @@ bool mark_inner(points_view<S, dynamic> points, const hull_options& how,
   const index_t d = points.dimension();
   const index_list extremes = extremes_of(points);
   Eigen::MatrixXd few(d, std::ssize(extremes));
-  for (index_t i = 0; i < few.cols(); ++i)
-    few.col(i) = points[extremes[i]].template cast<double>();
+  for (index_t i = 0; i < few.cols(); ++i) few.col(i) = points[extremes[i]].template cast<double>();
   if (!few.allFinite()) return false;
   const double size = few.cwiseAbs().maxCoeff();
-  if (few.cols() <= d || span_of(few.rightCols(few.cols() - 1).colwise() - few.col(0).eval(), 1e-6 * size).cols() < d)
+  if (few.cols() <= d ||
+      span_of(few.rightCols(few.cols() - 1).colwise() - few.col(0).eval(), 1e-6 * size).cols() < d)
     return false;
-  const auto hull = detail::run_qhull(few.data(), static_cast<int>(few.cols()),
-                                      static_cast<int>(d), detail::qhull_wish::facets);
+  const auto hull = detail::run_qhull(few.data(), static_cast<int>(few.cols()), static_cast<int>(d),
+                                      detail::qhull_wish::facets);
   if (!hull.error.empty()) return false;
   const Eigen::Map<const Eigen::MatrixXd> normals(hull.normals.data(), d,
                                                   std::ssize(hull.normals) / d);
@@ -149,8 +151,11 @@ candidate_list hull_candidates(points_view<S, dynamic> points, const hull_option
   const bool culled = how.cull && (points.dimension() == 2 || points.dimension() == 3) &&
                       points.size() >= least_points && mark_inner(points, how, inner);
   for (index_t i = 0; i < points.size(); ++i) {
-    if (culled && inner[i]) continue;
-    if (is_finite(points[i]))
+    if (culled && inner[i] != 0) continue;
+    const S* point = points.data() + i * points.stride();
+    bool is_finite = true;
+    for (index_t d = 0; d < points.dimension(); ++d) is_finite &= std::isfinite(point[d]);
+    if (is_finite)
       candidates.push_back(static_cast<std::int32_t>(i));
     else
       ++candidates.non_finite;

@@ -9,6 +9,7 @@ module;
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -17,6 +18,7 @@ module;
 #include "spatial/qhull.hpp"
 module cilantro.spatial;
 
+import :half_space_tests;
 import :linear_program;
 import :polytope_shape;
 
@@ -70,8 +72,8 @@ Eigen::VectorXd solve_upper(const Eigen::MatrixXd& l, Eigen::VectorXd b) {
 
 /// The analytic centre, by damped Newton steps from an inner point, and the ellipsoid about it that
 /// the logarithmic barrier gives: the set lies within it times the number of half-spaces (Nesterov
-/// and Nemirovski 1994). A box of half the width `bound` about `inside` takes part, so that there is
-/// a centre in all cases.
+/// and Nemirovski 1994). A box of half the width `bound` about `inside` takes part, so that there
+/// is a centre in all cases.
 round_view rounded(const rows& set, const Eigen::VectorXd& inside, double bound) {
   const index_t d = set.normals.rows();
   round_view view{.center = inside, .axes = {}};
@@ -99,6 +101,12 @@ round_view rounded(const rows& set, const Eigen::VectorXd& inside, double bound)
 /// The corner nearest to `guess` of the planes that meet there, by least squares.
 Eigen::VectorXd polished(const rows& set, std::span<const std::int32_t> meeting,
                          const Eigen::VectorXd& guess, const round_view& view) {
+  double worst = 0, size = guess.cwiseAbs().maxCoeff();
+  for (const auto i : meeting) {
+    worst = std::max(worst, std::abs(set.offsets[i] - set.normals.col(i).dot(guess)));
+    size = std::max(size, std::abs(set.offsets[i]));
+  }
+  if (worst <= 4 * epsilon * size) return guess;
   // In the rounded coordinates, in which the planes are far from parallel.
   Eigen::MatrixXd planes(std::ssize(meeting), guess.size());
   Eigen::VectorXd errors(planes.rows());
@@ -137,9 +145,8 @@ polytope_shape vertices_and_facets(const rows& set, const round_view& view) {
   };
   std::vector<corner> corners;
   for (std::size_t f = 0; f + 1 < found.vertices.begins.size(); ++f) {
-    const std::span<const std::int32_t> all =
-        std::span{found.vertices.values}.subspan(found.vertices.begins[f],
-                                                 found.vertices.begins[f + 1] - found.vertices.begins[f]);
+    const std::span<const std::int32_t> all = std::span{found.vertices.values}.subspan(
+        found.vertices.begins[f], found.vertices.begins[f + 1] - found.vertices.begins[f]);
     const Eigen::Map<const Eigen::VectorXd> normal(found.normals.data() + f * d, d);
     corner next{.place = {}, .is_ray = std::ranges::count(all, count) > 0, .meeting = {}};
     double offset = 0;
@@ -150,7 +157,8 @@ polytope_shape vertices_and_facets(const rows& set, const round_view& view) {
       }
     next.is_ray = next.is_ray || offset < 1e-9;
     next.place = next.is_ray ? Eigen::VectorXd{(view.axes * normal).normalized()}
-                             : polished(set, next.meeting, view.center + view.axes * (normal / offset), view);
+                             : polished(set, next.meeting,
+                                        view.center + view.axes * (normal / offset), view);
     corners.push_back(std::move(next));
   }
   std::ranges::sort(corners, [](const corner& a, const corner& b) {
@@ -188,7 +196,8 @@ polytope_shape interval(const rows& set) {
   for (const double side : {-1.0, 1.0}) {
     index_t best = -1;
     for (index_t i = 0; i < set.normals.cols(); ++i)
-      if (set.normals(0, i) * side > 0 && (best < 0 || set.offsets[i] < set.offsets[best])) best = i;
+      if (set.normals(0, i) * side > 0 && (best < 0 || set.offsets[i] < set.offsets[best]))
+        best = i;
     if (best < 0) continue;
     facets.push_back(best);
     ends.push_back(side * set.offsets[best]);
@@ -259,8 +268,8 @@ std::optional<rows> cleaned(const Eigen::MatrixXd& normals, const Eigen::VectorX
             "intersect_half_spaces: normals must be finite, and offsets numbers");
     // Scaled first, so that the square is in range.
     const double largest = d == 0 ? 0 : normals.col(i).cwiseAbs().maxCoeff();
-    const bool says_nothing = offsets[i] == std::numeric_limits<double>::infinity() ||
-                              (largest == 0 && offsets[i] >= 0);
+    const bool says_nothing =
+        offsets[i] == std::numeric_limits<double>::infinity() || (largest == 0 && offsets[i] >= 0);
     if (says_nothing) continue;
     if (largest == 0 || offsets[i] == -std::numeric_limits<double>::infinity()) return {};
     const Eigen::VectorXd scaled = normals.col(i) / largest;
@@ -279,7 +288,8 @@ std::optional<rows> cleaned(const Eigen::MatrixXd& normals, const Eigen::VectorX
   };
   std::ranges::sort(order, [&](auto a, auto b) {
     const int c = compare(a, b);
-    return c < 0 || (c == 0 && (unit.offsets[a] < unit.offsets[b] || (unit.offsets[a] == unit.offsets[b] && a < b)));
+    return c < 0 || (c == 0 && (unit.offsets[a] < unit.offsets[b] ||
+                                (unit.offsets[a] == unit.offsets[b] && a < b)));
   });
   std::vector<index_t> kept;
   for (const auto i : order)
@@ -348,7 +358,8 @@ class intersection {
               set_.offsets - set_.normals.transpose() * ball.center};
     std::vector<index_t> kept;
     for (index_t i = 0; i < less.normals.cols(); ++i) {
-      const double length = less.normals.cols() == 0 || k == across.cols() ? 0 : less.normals.col(i).norm();
+      const double length =
+          less.normals.cols() == 0 || k == across.cols() ? 0 : less.normals.col(i).norm();
       if (length > 1e-9) {
         less.normals.col(i) /= length;
         less.offsets[i] /= length;
@@ -375,16 +386,27 @@ class intersection {
         throw std::runtime_error{"intersect_half_spaces: Qhull failed: " + hull.error};
       shape.simplices.assign(hull.simplices.begin(), hull.simplices.end());
     }
-    double outside = 0;
-    if (shape.vertices.cols() > 0 && set_.normals.cols() > 0)
-      outside = farthest_outside(shape.vertices, set_.normals, set_.offsets);
+    const double size = shape.vertices.size() == 0 ? 0 : shape.vertices.cwiseAbs().maxCoeff();
+    double allowed = std::max({wanted_, rounding_, 64 * epsilon * size});
+    if (shape.vertices.rows() > 0 && !hold_within(allowed, shape.vertices)) {
+      allowed = std::max(allowed, 1e-9 * (1 + size));
+      if (!hold_within(allowed, shape.vertices))
+        throw std::runtime_error{"intersect_half_spaces: the result does not hold within " +
+                                 in_digits(allowed) + ". A larger tolerance may help"};
+    }
     polytope_data out = embed(std::move(shape), within_, {});
-    const double size = out.vertices.size() == 0 ? 0 : out.vertices.cwiseAbs().maxCoeff();
-    out.tolerance = std::max({wanted_, rounding_, outside, 64 * epsilon * size});
-    if (outside > std::max(wanted_, 1e-9 * (1 + size)))
-      throw std::runtime_error{"intersect_half_spaces: the result does not hold; a vertex is outside by " +
-                               in_digits(outside)};
+    out.tolerance = allowed;
     return std::make_shared<const polytope_data>(std::move(out));
+  }
+
+  /// Whether no point is outside a half-space by more than `allowed`.
+  [[nodiscard]] bool hold_within(double allowed, const Eigen::MatrixXd& points) const {
+    std::vector<std::uint8_t> inside(points.cols());
+    const Eigen::VectorXd offsets = set_.offsets.array() + allowed;
+    find_inside(points_view<double, dynamic>{as_points(points)},
+                Eigen::VectorXd::Zero(points.rows()), set_.normals, offsets, {.threads = 1},
+                inside);
+    return std::ranges::count(inside, 0) == 0;
   }
 
   rows set_;

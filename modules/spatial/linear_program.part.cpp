@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// The largest ball in an intersection of half-spaces, by a dual simplex whose basis has dimension + 1
-// columns. Its radius tells all cases apart: below 0 the half-spaces contradict each other, 0 is a
-// set without an inside.
+// The largest ball in an intersection of half-spaces, by a dual simplex whose basis has dimension +
+// 1 columns. Its radius tells all cases apart: below 0 the half-spaces contradict each other, 0 is
+// a set without an inside.
 module;
 #include <algorithm>
 #include <cmath>
@@ -19,10 +19,10 @@ namespace cilantro {
 /// What `largest_ball` returns.
 struct ball_in_half_spaces {
   Eigen::VectorXd center;
-  double radius = 0;          ///< Below 0: the least violation that a point must have.
-  std::vector<index_t> tight; ///< The half-spaces that determine the ball.
-  bool touches_bound = false; ///< Whether the bound determines it, too.
-  bool is_right = true;       ///< Whether all half-spaces hold at the end.
+  double radius = 0;           ///< Below 0: the least violation that a point must have.
+  std::vector<index_t> tight;  ///< The half-spaces that determine the ball.
+  bool touches_bound = false;  ///< Whether the bound determines it, too.
+  bool is_right = true;        ///< Whether all half-spaces hold at the end.
 };
 
 namespace {
@@ -154,8 +154,7 @@ class dual_simplex {
       if (direction[k] <= least_pivot) continue;
       const double ratio = std::max(0.0, y_[k]) / direction[k];
       const bool better_of_equals =
-          leaving < 0 ||
-          (hasty ? direction[k] > direction[leaving] : basis_[k] < basis_[leaving]);
+          leaving < 0 || (hasty ? direction[k] > direction[leaving] : basis_[k] < basis_[leaving]);
       if (ratio < step - 1e-12 || (ratio <= step + 1e-12 && better_of_equals)) {
         step = std::min(step, ratio);
         leaving = k;

@@ -5,10 +5,10 @@
 module;
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <ranges>
 #include <span>
@@ -102,9 +102,16 @@ double determinant_of(Eigen::MatrixXd m) {
 }
 
 /// Orders the vertices of a facet in three dimensions counterclockwise, as seen from outside, the
-/// smallest first.
+/// smallest first. They are in ascending order before.
 void order_ring(const polytope_shape& shape, index_t facet, std::span<std::int32_t> ring) {
   const Eigen::Vector3d normal = shape.normals.col(facet);
+  if (ring.size() == 3) {
+    const Eigen::Vector3d first = shape.vertices.col(ring[0]);
+    const Eigen::Vector3d a = shape.vertices.col(ring[1]) - first;
+    const Eigen::Vector3d b = shape.vertices.col(ring[2]) - first;
+    if (a.cross(b).dot(normal) < 0) std::swap(ring[1], ring[2]);
+    return;
+  }
   Eigen::Index least = 0;
   normal.cwiseAbs().minCoeff(&least);
   const Eigen::Vector3d u = normal.cross(Eigen::Vector3d::Unit(least)).normalized();
@@ -158,44 +165,114 @@ void order_facets(polytope_shape& shape) {
 
 /// Which facets meet at an edge, where facets are rings.
 void find_neighbors_of_rings(polytope_shape& shape) {
-  std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> facet_at;
-  const auto each_edge = [&](auto f) {
-    for (index_t i = 0; i < shape.facets.size(); ++i) {
-      const auto ring = std::as_const(shape.facets)[i];
-      for (std::size_t k = 0; k < ring.size(); ++k)
-        f(static_cast<std::int32_t>(i), ring[k], ring[(k + 1) % ring.size()]);
-    }
+  struct edge {
+    std::int32_t low, high, place, facet;
+    auto operator<=>(const edge&) const = default;
   };
-  each_edge([&](auto facet, auto from, auto to) { facet_at[{from, to}] = facet; });
-  shape.neighbors = {.begins = shape.facets.begins, .values = {}};
-  each_edge([&](auto facet, auto from, auto to) {
-    const auto across = facet_at.find({to, from});
-    shape.neighbors.values.push_back(across == facet_at.end() ? facet : across->second);
-  });
+  std::vector<edge> edges;
+  edges.reserve(shape.facets.values.size());
+  for (index_t f = 0; f < shape.facets.size(); ++f) {
+    const auto ring = std::as_const(shape.facets)[f];
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+      const auto [low, high] = std::minmax(ring[k], ring[(k + 1) % ring.size()]);
+      edges.push_back({low, high, static_cast<std::int32_t>(shape.facets.begins[f] + k),
+                       static_cast<std::int32_t>(f)});
+    }
+  }
+  std::ranges::sort(edges);
+  shape.neighbors.begins = shape.facets.begins;
+  shape.neighbors.values.assign(edges.size(), 0);
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    const auto same = [&](std::size_t other) {
+      return edges[k].low == edges[other].low && edges[k].high == edges[other].high;
+    };
+    std::size_t across = k;
+    if (k > 0 && same(k - 1)) across = k - 1;
+    if (k + 1 < edges.size() && same(k + 1)) across = k + 1;
+    shape.neighbors.values[edges[k].place] = edges[across].facet;
+  }
 }
 
-/// Which facets share a face of two dimensions less than the polytope, from the vertices and rays
-/// that they share.
-void find_neighbors_by_rank(polytope_shape& shape) {
+/// Whether the vertices and rays that two facets share span a face of two dimensions less than the
+/// polytope.
+bool share_ridge(const polytope_shape& shape, std::int32_t f, std::int32_t g) {
   const index_t d = shape.normals.rows(), corners = shape.vertices.cols();
-  const index_t count = shape.facets.size();
+  std::vector<std::int32_t> common;
+  std::ranges::set_intersection(shape.facets[f], shape.facets[g], std::back_inserter(common));
+  if (std::ssize(common) < d - 1 || common.front() >= corners) return false;
+  Eigen::MatrixXd arms(d, std::ssize(common) - 1);
+  for (index_t k = 0; k < arms.cols(); ++k) {
+    const auto next = common[k + 1];
+    if (next < corners)
+      arms.col(k) = (shape.vertices.col(next) - shape.vertices.col(common[0])).normalized();
+    else
+      arms.col(k) = shape.rays.col(next - corners);
+  }
+  return span_of(arms, 1e-9).cols() == d - 2;
+}
+
+/// Which facets are neighbours, from the vertices and rays that they share. Where no more facets
+/// meet than must, each two of them are.
+void find_neighbors_at_corners(polytope_shape& shape) {
+  const index_t d = shape.normals.rows(), corners = shape.vertices.cols();
+  std::vector<std::vector<std::int32_t>> meeting(corners + shape.rays.cols());
+  for (index_t f = 0; f < shape.facets.size(); ++f)
+    for (const auto g : std::as_const(shape.facets)[f])
+      meeting[g].push_back(static_cast<std::int32_t>(f));
+  using pair = std::pair<std::int32_t, std::int32_t>;
+  std::vector<pair> neighbors, candidates;
+  for (index_t g = 0; g < std::ssize(meeting); ++g) {
+    const bool is_simple = std::ssize(meeting[g]) <= (g < corners ? d : d - 1);
+    auto& list = is_simple ? neighbors : candidates;
+    for (const auto a : meeting[g])
+      for (const auto b : meeting[g])
+        if (a != b) list.push_back({a, b});
+  }
+  const auto unique = [](std::vector<pair>& list) {
+    std::ranges::sort(list);
+    list.erase(std::ranges::unique(list).begin(), list.end());
+  };
+  unique(candidates);
+  for (const auto& [a, b] : candidates)
+    if (share_ridge(shape, a, b)) neighbors.push_back({a, b});
+  unique(neighbors);
   shape.neighbors = {};
-  for (index_t f = 0; f < count; ++f) {
-    for (index_t g = 0; g < count; ++g) {
-      std::vector<std::int32_t> common;
-      std::ranges::set_intersection(std::as_const(shape.facets)[f], std::as_const(shape.facets)[g],
-                                    std::back_inserter(common));
-      if (f == g || std::ssize(common) < d - 1 || common.front() >= corners) continue;
-      Eigen::MatrixXd arms(d, std::ssize(common) - 1);
-      for (index_t k = 0; k < arms.cols(); ++k)
-        arms.col(k) = common[k + 1] < corners
-                          ? Eigen::VectorXd{(shape.vertices.col(common[k + 1]) -
-                                             shape.vertices.col(common[0]))
-                                                .normalized()}
-                          : Eigen::VectorXd{shape.rays.col(common[k + 1] - corners)};
-      if (span_of(arms, 1e-9).cols() == d - 2)
-        shape.neighbors.values.push_back(static_cast<std::int32_t>(g));
+  auto next = neighbors.begin();
+  for (index_t f = 0; f < shape.facets.size(); ++f) {
+    for (; next != neighbors.end() && next->first == f; ++next)
+      shape.neighbors.values.push_back(next->second);
+    shape.neighbors.close();
+  }
+}
+
+/// Which simplices share all vertices but one.
+void find_neighbors_of_simplices(polytope_shape& shape) {
+  struct ridge {
+    std::vector<std::int32_t> vertices;
+    std::int32_t facet;
+    auto operator<=>(const ridge&) const = default;
+  };
+  std::vector<ridge> ridges;
+  for (index_t f = 0; f < shape.facets.size(); ++f) {
+    const auto all = std::as_const(shape.facets)[f];
+    for (const auto left_out : all) {
+      ridge next{{}, static_cast<std::int32_t>(f)};
+      for (const auto v : all)
+        if (v != left_out) next.vertices.push_back(v);
+      ridges.push_back(std::move(next));
     }
+  }
+  std::ranges::sort(ridges);
+  std::vector<std::vector<std::int32_t>> across(shape.facets.size());
+  for (std::size_t k = 1; k < ridges.size(); ++k)
+    if (ridges[k].vertices == ridges[k - 1].vertices) {
+      across[ridges[k].facet].push_back(ridges[k - 1].facet);
+      across[ridges[k - 1].facet].push_back(ridges[k].facet);
+    }
+  shape.neighbors = {};
+  for (auto& list : across) {
+    std::ranges::sort(list);
+    shape.neighbors.values.insert(shape.neighbors.values.end(), list.begin(), list.end());
     shape.neighbors.close();
   }
 }
@@ -235,30 +312,43 @@ double factorial(index_t n) {
 }
 
 /// Volume, area and centroid, from cones over the simplices of the boundary.
+template <int D>
 void measure(const polytope_shape& shape, polytope_data& out, Eigen::VectorXd& centroid) {
   const index_t d = shape.vertices.rows();
-  const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
-  Eigen::MatrixXd arms(d, d);
-  centroid = Eigen::VectorXd::Zero(d);
-  out.measure = out.area = 0;
+  const point_vector<double, D> middle = shape.vertices.rowwise().mean();
+  point_vector<double, D> moment = 0 * middle;
+  Eigen::Matrix<double, D, D> arms(d, d);
+  double volume = 0, area = 0;
   for (std::size_t s = 0; s < shape.simplices.size(); s += d) {
     for (index_t k = 0; k < d; ++k)
       arms.col(k) = shape.vertices.col(shape.simplices[s + k]) - middle;
-    const double volume = std::abs(determinant_of(arms)) / factorial(d);
-    out.measure += volume;
-    centroid += volume / double(d + 1) * arms.rowwise().sum();
-    const Eigen::MatrixXd edges = arms.rightCols(d - 1).colwise() - arms.col(0);
-    const double gram = determinant_of(edges.transpose() * edges);
-    out.area += std::sqrt(std::max(0.0, gram)) / factorial(d - 1);
+    double cone = 0, base = 0;
+    if constexpr (D == 3) {
+      const Eigen::Vector3d a = arms.col(1) - arms.col(0), b = arms.col(2) - arms.col(0);
+      const Eigen::Vector3d across = a.cross(b);
+      cone = std::abs(across.dot(arms.col(0)));
+      base = across.norm();
+    } else {
+      cone = std::abs(determinant_of(arms));
+      const Eigen::MatrixXd edges = arms.rightCols(d - 1).colwise() - arms.col(0);
+      base = std::sqrt(std::max(0.0, determinant_of(edges.transpose() * edges)));
+    }
+    volume += cone;
+    area += base;
+    moment += cone * arms.rowwise().sum();
   }
-  centroid = middle + (out.measure > 0 ? Eigen::VectorXd{centroid / out.measure} : 0 * middle);
+  out.measure = volume / factorial(d);
+  out.area = area / factorial(d - 1);
+  centroid = middle;
+  if (volume > 0) centroid += moment / (volume * double(d + 1));
 }
 
 }  // namespace
 
 /// Brings facets into their canonical order and form. In three dimensions and bounded, each becomes
-/// a ring, and with `simplicial` rings are cut into triangles. With `refit`, planes in two and three
-/// dimensions are those through the vertices, so that they do not depend on how these were found.
+/// a ring, and with `simplicial` rings are cut into triangles. With `refit`, planes in two and
+/// three dimensions are those through the vertices, so that they do not depend on how these were
+/// found.
 void arrange(polytope_shape& shape, bool refit, bool simplicial) {
   const index_t d = shape.normals.rows();
   const bool bounded = shape.rays.cols() == 0;
@@ -288,12 +378,15 @@ void arrange(polytope_shape& shape, bool refit, bool simplicial) {
     if (refit) refit_planes(shape);
     shape.simplices = shape.facets.values;
   }
-  if (shape.neighbors.size() != shape.facets.size()) find_neighbors_by_rank(shape);
+  if (shape.neighbors.size() == shape.facets.size()) return;
+  if (bounded && simplicial)
+    find_neighbors_of_simplices(shape);
+  else
+    find_neighbors_at_corners(shape);
 }
 
 /// The polytope in all of space.
-polytope_data embed(polytope_shape shape, const affine_subspace& within,
-                                           polytope_data out) {
+polytope_data embed(polytope_shape shape, const affine_subspace& within, polytope_data out) {
   const index_t d = within.basis.rows(), k = within.basis.cols();
   out.dimension = d;
   out.affine_dimension = k;
@@ -304,7 +397,10 @@ polytope_data embed(polytope_shape shape, const affine_subspace& within,
       out.measure = 1;
       out.centroid = within.origin;
     } else {
-      measure(shape, out, out.centroid);
+      if (k == 3)
+        measure<3>(shape, out, out.centroid);
+      else
+        measure<dynamic>(shape, out, out.centroid);
       out.centroid = within.origin + within.basis * out.centroid;
     }
   } else {
@@ -318,8 +414,7 @@ polytope_data embed(polytope_shape shape, const affine_subspace& within,
   out.offsets.resize(facets + 2 * flat);
   out.normals.leftCols(facets) = within.basis * shape.normals;
   out.offsets.head(facets) = shape.offsets;
-  for (index_t f = 0; f < facets; ++f)
-    out.offsets[f] += out.normals.col(f).dot(within.origin);
+  for (index_t f = 0; f < facets; ++f) out.offsets[f] += out.normals.col(f).dot(within.origin);
   for (index_t j = 0; j < flat; ++j) {
     const double place = across.col(j).dot(within.origin);
     out.normals.col(facets + 2 * j) = across.col(j);
@@ -334,15 +429,49 @@ polytope_data embed(polytope_shape shape, const affine_subspace& within,
   return out;
 }
 
-/// How far the farthest point is outside the facets; 0 if none is.
-double farthest_outside(const Eigen::MatrixXd& points, const Eigen::MatrixXd& normals,
-                        const Eigen::VectorXd& offsets) {
+/// How far the farthest of some points is outside a bounded shape; 0 if none is.
+///
+/// The facet that a point is farthest outside of, in units of the facet's distance from the middle,
+/// is the vertex of the dual polytope that is farthest in the direction of the point: it is found
+/// from facet to neighbouring facet, uphill. Vertices start at a facet of their own, others where
+/// the last one ended.
+double farthest_outside(const polytope_shape& shape, const Eigen::MatrixXd& points) {
+  const index_t d = points.rows(), count = shape.facets.size();
+  const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
+  // Facets as dual points.
+  Eigen::MatrixXd dual = shape.normals;
+  for (index_t f = 0; f < count; ++f) {
+    const double distance = shape.offsets[f] - shape.normals.col(f).dot(middle);
+    if (!(distance > 0)) return std::numeric_limits<double>::infinity();
+    dual.col(f) /= distance;
+  }
+  std::vector<std::int32_t> facet_of(points.cols(), -1);
+  for (index_t f = 0; f < count; ++f)
+    for (const auto v : shape.facets[f]) facet_of[shape.indices[v]] = static_cast<std::int32_t>(f);
   double farthest = 0;
-  constexpr index_t block = 256;
-  for (index_t begin = 0; begin < points.cols(); begin += block) {
-    const auto some = points.middleCols(begin, std::min(block, points.cols() - begin));
-    const Eigen::MatrixXd outside = (normals.transpose() * some).colwise() - offsets;
-    farthest = std::max(farthest, outside.maxCoeff());
+  index_t at = 0;
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const double* point = points.col(i).data();
+    const auto height = [&](index_t f) {
+      const double* facet = dual.col(f).data();
+      double sum = 0;
+      for (index_t k = 0; k < d; ++k) sum += facet[k] * (point[k] - middle[k]);
+      return sum;
+    };
+    if (facet_of[i] >= 0) at = facet_of[i];
+    double highest = height(at);
+    for (bool climbs = true; climbs;) {
+      climbs = false;
+      for (const auto n : shape.neighbors[at])
+        if (const double other = height(n); other > highest) {
+          highest = other;
+          at = n;
+          climbs = true;
+          break;
+        }
+    }
+    if (highest > 1)
+      farthest = std::max(farthest, shape.normals.col(at).dot(points.col(i)) - shape.offsets[at]);
   }
   return farthest;
 }

@@ -82,8 +82,7 @@ class qhull_run {
     vertexT *vertex, **vertexp;
     FORALLfacets order[facet->id] = count++;
     FORALLfacets {
-      FOREACHvertex_(facet->vertices)
-        out.vertices.values.push_back(qh_pointid(qh, vertex->point));
+      FOREACHvertex_(facet->vertices) out.vertices.values.push_back(qh_pointid(qh, vertex->point));
       FOREACHneighbor_(facet) out.neighbors.values.push_back(order[neighbor->id]);
       out.vertices.close();
       out.neighbors.close();

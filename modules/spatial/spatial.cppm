@@ -7,3 +7,4 @@ export import cilantro.core;
 export import cilantro.geometry;
 export import :polytope_data;
 export import :convex_polytope;
+export import :space_region;

@@ -54,7 +54,8 @@ Eigen::MatrixXd rbox_points(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("hulls of the reference sets have the vertices, facets, area and volume that Qhull states") {
+TEST_CASE(
+    "hulls of the reference sets have the vertices, facets, area and volume that Qhull states") {
   const auto folder = test::data_file("reference/qhull/rbox_refs");
   SKIP_WITHOUT(folder);
   for (const auto& expected : references) {

@@ -105,7 +105,8 @@ TEST_CASE("sets without end are sets as any other") {
   CHECK(whole.rays().size() == 6);
   CHECK(whole.facets().empty());
 
-  const auto half = intersect_half_spaces(Eigen::MatrixXd{Eigen::Vector3d{0, 0, 2}}, std::vector<double>{4});
+  const auto half =
+      intersect_half_spaces(Eigen::MatrixXd{Eigen::Vector3d{0, 0, 2}}, std::vector<double>{4});
   CHECK(half.status() == polytope_status::unbounded);
   CHECK(half.facets().size() == 1);
   CHECK(half.contains(Eigen::Vector3d{5, 5, 2}));
@@ -182,8 +183,9 @@ TEST_CASE("boxes that share a face, an edge or a corner meet in a flat set") {
   CHECK((a & convex_polytope<3>{box{{1.001, 1, 1}, {2, 2, 2}}}).empty());
 }
 
-TEST_CASE_TEMPLATE("hulls contain their points, and have no bit of who culls or how many threads there are",
-                   T, ALL_SPACES) {
+TEST_CASE_TEMPLATE(
+    "hulls contain their points, and have no bit of who culls or how many threads there are", T,
+    ALL_SPACES) {
   using S = typename T::scalar;
   auto points = test::random_points<T>(T::dimension > 3 ? 300 : 5000, 7);
   points(0, 17) = test::nan<S>;

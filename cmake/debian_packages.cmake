@@ -23,7 +23,7 @@ string(REGEX MATCH "[0-9]+$" cilantro_eigen_patch ${Eigen3_VERSION})
 math(EXPR cilantro_eigen_patch "${cilantro_eigen_patch} + 1")
 string(REGEX REPLACE "[0-9]+$" "${cilantro_eigen_patch}" cilantro_next_eigen ${Eigen3_VERSION})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "libeigen3-dev (>= ${Eigen3_VERSION}), libeigen3-dev (<< ${cilantro_next_eigen}~), libpng-dev, libjpeg62-turbo-dev, liblzf-dev, libomp-22-dev, libc6-dev")
+  "libeigen3-dev (>= ${Eigen3_VERSION}), libeigen3-dev (<< ${cilantro_next_eigen}~), libpng-dev, libjpeg62-turbo-dev, liblzf-dev, libqhull-dev, libomp-22-dev, libc6-dev")
 # Not required: in Debian 12 a new enough CMake comes from backports.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
   "clang-22, clang-tools-22, ninja-build, cmake (>= 3.28)")

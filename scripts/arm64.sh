@@ -18,7 +18,7 @@ mode=${1:-all}
 [[ $mode =~ ^(all|kernels|bits)$ ]] || fail 'usage: scripts/arm64.sh [kernels|bits]'
 sysroot=build/arm64-sysroot
 kernels='^(search/.*|geometry/(normals|voxel_grid|depth)|clustering/kmeans|consensus/ransac|registration/(align|icp|estimator))$'
-packages=(libc6-dev libeigen3-dev libpng-dev libjpeg62-turbo-dev liblzf-dev libomp-22-dev
+packages=(libc6-dev libeigen3-dev libpng-dev libjpeg62-turbo-dev liblzf-dev libqhull-dev libomp-22-dev
   doctest-dev libcli11-dev nlohmann-json3-dev libnanoflann-dev)
 
 # apt as on an arm64 machine on which nothing is installed, with the archives that are configured here.

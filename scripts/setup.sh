@@ -26,6 +26,7 @@ libeigen3-dev|Eigen, the linear algebra
 libpng-dev|libpng, for depth images and pictures
 libjpeg62-turbo-dev|libjpeg, for pictures
 liblzf-dev|liblzf, for compressed PCD files
+libqhull-dev|Qhull, for convex hulls
 '
 packages_to_test='
 doctest-dev|doctest, the test framework

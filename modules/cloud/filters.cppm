@@ -65,12 +65,28 @@ void choose_others(W&& which, chosen_points& kept) {
   kept.keep_if([&](index_t k, std::int32_t) { return !mask[k]; });
 }
 
+/// A region that answers for many points at once.
+template <class R, class S>
+concept RegionForMany =
+    requires(const R& region, points_view<S, dynamic> points, const Eigen::VectorXd& origin,
+             std::span<std::uint8_t> inside) { region.mark_inside(points, origin, inside); };
+
 /// Keeps the finite points that are inside a region, or those that are outside.
 template <Scalar S, int D, Region<D> R>
 void choose_in_region(points_view<S, D> points, const point_vector<double, D>& origin,
                       const R& region, bool inside, chosen_points& kept) {
   if constexpr (requires { region.check(index_t{}); })
     if (!points.empty()) region.check(points.dimension());
+  if constexpr (RegionForMany<R, S>) {
+    if (kept.size() > points.size() / 2) {
+      std::vector<std::uint8_t> in(points.size());
+      region.mark_inside(points_view<S, dynamic>{points}, Eigen::VectorXd{origin}, std::span{in});
+      kept.keep_if([&](index_t, std::int32_t i) {
+        return (in[i] != 0) == inside && (inside || is_finite(points[i]));
+      });
+      return;
+    }
+  }
   kept.keep_if([&](index_t, std::int32_t i) {
     if (!is_finite(points[i])) return false;
     const point_vector<double, D> place = points[i].template cast<double>() + origin;

@@ -13,8 +13,12 @@ namespace cilantro {
 ///
 /// Semantics: pure, and called from several threads at once. It is never called for a point that is
 /// not finite. Optional: `check(dimension)` throws `invalid_input` for a region that makes no
-/// sense, or not for points of that dimension; it is called once, before `contains`.
-/// Models: `box`, `ball`, `half_space`, `half_spaces`; a lambda.
+/// sense, or not for points of that dimension; it is called once, before `contains`. And
+/// `mark_inside(points, origin, inside)` answers for many points at once: `points` is a
+/// `points_view` of float or double of run-time dimension, to which the vector `origin` is added,
+/// and `inside` a span of one `std::uint8_t` for each, which becomes 1 if the point is finite and
+/// inside, and otherwise 0.
+/// Models: `box`, `ball`, `half_space`, `half_spaces`; `convex_polytope`, `space_region`; a lambda.
 export template <class R, int D>
 concept Region = requires(const R& region, const point_vector<double, D>& point) {
   { region.contains(point) } -> std::convertible_to<bool>;

@@ -8,3 +8,6 @@ export import cilantro.geometry;
 export import :polytope_data;
 export import :convex_polytope;
 export import :space_region;
+export import :flat_hull;
+export import :enclosing_ball;
+export import :contract;

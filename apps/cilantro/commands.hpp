@@ -13,3 +13,4 @@ void add_run(CLI::App& app);
 void add_align(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_plane(CLI::App& app);
+void add_hull(CLI::App& app);

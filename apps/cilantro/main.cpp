@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   add_align(app);
   add_segment(app);
   add_plane(app);
+  add_hull(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

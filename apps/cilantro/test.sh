@@ -107,6 +107,16 @@ expect 2 'required' "$cilantro" plane plane.xyz
 expect 2 'try --help' "$cilantro" plane plane.xyz --distance -1
 expect 2 'try --help' "$cilantro" segment plane.xyz --knn 0
 
+# Hulls.
+"$cilantro" hull plane.xyz -o corners.xyz --json | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert found == {"status": "flat", "vertices": 4, "facets": 4, "area": 76.0, "volume": 0.0,
+                 "centroid": [9.5, 9.5, 0.0], "left_out": 0}, found'
+[ "$(grep -vc '^#' corners.xyz)" = 4 ] || fail 'a square has four corners'
+expect 0 'status: "bounded"' "$cilantro" hull scan.ply
+expect 2 'try --help' "$cilantro" hull plane.xyz --tolerance -1
+
 expect 1 'missing.ply: cannot be read' "$cilantro" info missing.ply
 expect 1 'does not end in .ply' "$cilantro" convert scan.ply a.las
 expect 1 'is not a PLY file' bash -c "echo nonsense > bad.ply; '$cilantro' info bad.ply"

@@ -12,9 +12,9 @@ namespace cilantro {
 
 /// The smallest ball that contains a set of points.
 export struct enclosing_ball {
-  Eigen::VectorXd center;
-  double radius;       ///< 0 for a single point.
-  index_list support;  ///< Indices of the points on its surface that determine it, ascending.
+  Eigen::VectorXd center;  ///< In world coordinates.
+  double radius;           ///< 0 for a single point.
+  index_list support;      ///< Indices of the points on its surface that determine it, ascending.
 };
 
 std::optional<enclosing_ball> smallest_ball(points_view<double, dynamic> points);

@@ -103,11 +103,12 @@ void facets_from_simplices(polytope_shape& shape) {
 }
 
 /// The hull of points that no hyperplane holds, at least two axes.
-polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, const hull_options& how) {
+polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, double merged,
+                             const hull_options& how) {
   const index_t d = points.rows();
   const auto found = detail::run_qhull(
       points.data(), static_cast<int>(points.cols()), static_cast<int>(d),
-      d > 3 ? detail::qhull_wish::facets_and_simplices : detail::qhull_wish::facets);
+      d > 3 ? detail::qhull_wish::facets_and_simplices : detail::qhull_wish::facets, merged);
   if (!found.error.empty()) throw std::runtime_error{"convex_hull: Qhull failed: " + found.error};
 
   const auto first = first_equals(points, found.vertices.values);
@@ -160,6 +161,8 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
   else
     points = Eigen::MatrixXd{within.basis.transpose() * (points.colwise() - within.origin)};
 
+  // Of the coordinates as they were given; Qhull knows but the centred ones.
+  const double rounding = 64 * std::numeric_limits<double>::epsilon() * input.cwiseAbs().maxCoeff();
   polytope_shape shape;
   double outside = 0;
   if (k == 0) {
@@ -167,7 +170,8 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
     shape.vertices.resize(0, 1);
     shape.normals.resize(0, 0);
   } else {
-    shape = k == 1 ? segment_of(points) : hull_by_qhull(points, how);
+    shape = k == 1 ? segment_of(points)
+                   : hull_by_qhull(points, std::max(how.tolerance, rounding) / scale, how);
     arrange(shape, true, how.simplicial);
     outside = farthest_outside(shape, points);
     if (outside * scale > std::max(how.tolerance, 1e-9 * size))
@@ -180,7 +184,6 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
   within.origin = within.origin * scale + center;
   polytope_data out = embed(std::move(shape), within, {});
   out.vertices = columns_of(input, indices);
-  const double rounding = 64 * std::numeric_limits<double>::epsilon() * input.cwiseAbs().maxCoeff();
   out.tolerance = std::max({how.tolerance, rounding, outside * scale, k < d ? flat : 0.0});
   return out;
 }

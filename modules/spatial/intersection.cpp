@@ -31,10 +31,12 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 struct rows {
   Eigen::MatrixXd normals;
   Eigen::VectorXd offsets;
+  Eigen::VectorXd errors = {};  ///< How wrong each offset may be.
 };
 
 rows some_of(const rows& all, const std::vector<index_t>& which) {
-  return {columns_of(all.normals, which), entries_of(all.offsets, which)};
+  return {columns_of(all.normals, which), entries_of(all.offsets, which),
+          entries_of(all.errors, which)};
 }
 
 /// What vertices are found about: an inner point, and the map to coordinates in which the set is
@@ -126,15 +128,18 @@ Eigen::VectorXd polished(const rows& set, std::span<const std::int32_t> meeting,
 /// Vertices and rays of a set with an inner point that contains no line, and which half-spaces are
 /// its facets, in coordinates of at least two axes: each facet of the hull of the dual points
 /// normal / slack is a vertex, or a ray if the origin lies in it.
-polytope_shape vertices_and_facets(const rows& set, const round_view& view) {
+polytope_shape vertices_and_facets(const rows& set, const round_view& view, double tolerance) {
   const index_t d = set.normals.rows(), count = set.normals.cols();
   Eigen::MatrixXd dual(d, count + 1);
   for (index_t i = 0; i < count; ++i)
     dual.col(i) = view.axes.transpose() * set.normals.col(i) /
                   (set.offsets[i] - set.normals.col(i).dot(view.center));
   dual.col(count).setZero();
-  const auto found = detail::run_qhull(dual.data(), static_cast<int>(count + 1),
-                                       static_cast<int>(d), detail::qhull_wish::facets);
+  // By how much a dual point may be wrong, which decides what meets in one vertex.
+  const double nearest = (set.offsets - set.normals.transpose() * view.center).minCoeff();
+  const auto found =
+      detail::run_qhull(dual.data(), static_cast<int>(count + 1), static_cast<int>(d),
+                        detail::qhull_wish::facets, std::min(1e-6, tolerance / nearest));
   if (!found.error.empty())
     throw std::runtime_error{"intersect_half_spaces: Qhull failed: " + found.error};
 
@@ -219,7 +224,8 @@ polytope_shape interval(const rows& set) {
 }
 
 /// A set with an inner point, in coordinates of at least one axis.
-polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double bound) {
+polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double bound,
+                        double tolerance) {
   const index_t d = set.normals.rows();
   const Eigen::MatrixXd across = span_of(set.normals, 1e-9);
   if (const index_t k = across.cols(); k < d) {
@@ -230,8 +236,8 @@ polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double b
       shape.normals.resize(d, 0);
       shape.rays.resize(d, 0);
     } else {
-      rows less{across.transpose() * set.normals, set.offsets};
-      shape = shape_of(less, across.transpose() * inside, bound);
+      const rows less{across.transpose() * set.normals, set.offsets, set.errors};
+      shape = shape_of(less, across.transpose() * inside, bound, tolerance);
       const Eigen::MatrixXd along = complement_of(across);
       const Eigen::VectorXd place = along * (along.transpose() * inside);
       shape.vertices = Eigen::MatrixXd{(across * shape.vertices).colwise() + place};
@@ -254,7 +260,7 @@ polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double b
     return shape;
   }
   if (d == 1) return interval(set);
-  return vertices_and_facets(set, rounded(set, inside, bound));
+  return vertices_and_facets(set, rounded(set, inside, bound), tolerance);
 }
 
 /// The rows without those that say the same as another or nothing, normals of unit length; nothing
@@ -295,6 +301,7 @@ std::optional<rows> cleaned(const Eigen::MatrixXd& normals, const Eigen::VectorX
   for (const auto i : order)
     if (kept.empty() || compare(static_cast<std::int32_t>(kept.back()), i) != 0) kept.push_back(i);
   std::ranges::sort(kept);
+  unit.errors = 64 * epsilon * unit.offsets.cwiseAbs();
   return some_of(unit, kept);
 }
 
@@ -312,7 +319,7 @@ class intersection {
     while (within_.basis.cols() > 0) {
       const auto ball = inner_ball();
       if (ball.radius < -tolerance_) return make_empty(d);
-      if (ball.radius > tolerance_) return finish(shape_of(set_, ball.center, bound_));
+      if (ball.radius > tolerance_) return finish(shape_of(set_, ball.center, bound_, tolerance_));
       if (!reduce(ball)) return make_empty(d);
     }
     if (set_.normals.cols() > 0) return make_empty(d);
@@ -329,47 +336,55 @@ class intersection {
   ball_in_half_spaces inner_ball() {
     ball_in_half_spaces ball;
     for (int round = 0; round < 2; ++round) {
-      double size = set_.offsets.size() == 0 ? 0 : set_.offsets.cwiseAbs().maxCoeff();
-      if (!(size > 0)) size = 1;
-      bound_ = 4 * size;
+      // Where all half-spaces meet in the centre, offsets say nothing of the size.
+      const double size = set_.offsets.size() == 0 ? 0 : set_.offsets.cwiseAbs().maxCoeff();
+      if (scale_ == 0) scale_ = size > 0 ? size : 1;
+      bound_ = 4 * std::max(size, 1e-6 * scale_);
       ball = largest_ball(set_.normals, set_.offsets, bound_);
-      double rounding = within_.origin.cwiseAbs().maxCoeff() + std::abs(ball.radius);
-      for (const auto i : ball.tight) rounding = std::max(rounding, std::abs(set_.offsets[i]));
-      rounding_ = std::max(rounding_, 64 * epsilon * rounding);
-      tolerance_ = std::max(wanted_, rounding_);
-      if (round > 0 || ball.touches_bound || ball.radius < -tolerance_) break;
-      set_.offsets -= set_.normals.transpose() * ball.center;
-      within_.origin += within_.basis * ball.center;
-      // Far away half-spaces would make the bound as large; they come back where they matter.
+      // A normal that is wrong in its last bit is wrong by as much more as the set is far away.
+      tolerance_ = std::max(
+          wanted_, 64 * epsilon *
+                       (within_.origin.cwiseAbs().maxCoeff() + ball.center.cwiseAbs().maxCoeff()));
+      for (const auto i : ball.tight) tolerance_ = std::max(tolerance_, set_.errors[i]);
+      // What the linear program itself leaves open.
+      tolerance_ = std::max(tolerance_, 2e-14 * bound_);
+      if (round > 0 || ball.radius < -4 * tolerance_) break;
+      move_origin(ball.center);
       ball.center.setZero();
     }
+    rounding_ = std::max(rounding_, tolerance_);
     return ball;
+  }
+
+  void move_origin(const Eigen::VectorXd& to) {
+    set_.offsets -= set_.normals.transpose() * to;
+    set_.errors.array() += 4 * epsilon * to.cwiseAbs().maxCoeff();
+    within_.origin += within_.basis * to;
   }
 
   /// Goes into the subspace in which the half-spaces that determine the ball hold as equations;
   /// false if the others contradict them.
   bool reduce(const ball_in_half_spaces& ball) {
-    const index_t k = within_.basis.cols();
     if (ball.tight.empty()) return false;
     const Eigen::MatrixXd across = span_of(columns_of(set_.normals, ball.tight), 1e-6);
     if (across.cols() == 0) return false;
     const Eigen::MatrixXd along = complement_of(across);
-    rows less{along.transpose() * set_.normals,
-              set_.offsets - set_.normals.transpose() * ball.center};
+    move_origin(ball.center);
+    // What crosses the subspace at a small angle is as much less certain there.
+    rows less{along.transpose() * set_.normals, set_.offsets, set_.errors.array() + tolerance_};
     std::vector<index_t> kept;
     for (index_t i = 0; i < less.normals.cols(); ++i) {
-      const double length =
-          less.normals.cols() == 0 || k == across.cols() ? 0 : less.normals.col(i).norm();
+      const double length = along.cols() == 0 ? 0 : less.normals.col(i).norm();
       if (length > 1e-9) {
         less.normals.col(i) /= length;
         less.offsets[i] /= length;
+        less.errors[i] /= length;
         kept.push_back(i);
-      } else if (less.offsets[i] < -4 * tolerance_) {
+      } else if (less.offsets[i] < -4 * less.errors[i]) {
         return false;
       }
     }
     set_ = some_of(less, kept);
-    within_.origin += within_.basis * ball.center;
     within_.basis = Eigen::MatrixXd{within_.basis * along};
     return true;
   }
@@ -412,7 +427,7 @@ class intersection {
   rows set_;
   double wanted_;
   affine_subspace within_;
-  double bound_ = 1, rounding_ = 0, tolerance_ = 0;
+  double scale_ = 0, bound_ = 1, rounding_ = 0, tolerance_ = 0;
 };
 
 }  // namespace

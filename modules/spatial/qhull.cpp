@@ -111,11 +111,17 @@ class qhull_run {
 
 }  // namespace
 
-qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wish wish) {
+qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wish wish,
+                       double merged) {
   qhull_facets out;
   // Searching all points for the first simplex helps where the usual search finds a flat one. That
   // wide facets may stay is the last resort; results are verified by the caller.
-  for (const char* options : {"qhull Pp", "qhull Pp Qs", "qhull Pp Qs Q12"}) {
+  for (const char* more : {"", " Qs", " Qs Q12"}) {
+    char options[64];
+    if (merged > 0)
+      std::snprintf(options, sizeof options, "qhull Pp C-%.3g%s", merged, more);
+    else
+      std::snprintf(options, sizeof options, "qhull Pp%s", more);
     qhull_run run;
     if (run.hull(points, count, dimension, options)) {
       out.error.clear();

@@ -289,7 +289,7 @@ def moved_far(random, d, half_spaces, distance):
 
 
 def moved_in_turn(random, d, half_spaces, i):
-    """Every third set stays where it is; the others are far away."""
+    """Every third set stays near the origin; the others are far away."""
     return moved_far(random, d, half_spaces, (0, 1000, 1000000)[i % 3])
 
 
@@ -604,7 +604,7 @@ def thin_oblique_1000000(random, d, i):
 
 # How many sets of each kind there are in 2, 3 and 4 dimensions. A prism without ends is a slab in 2 dimensions.
 COUNTS = {
-    bounded: (9, 8, 4),
+    bounded: (9, 8, 3),
     bounded_far_1000: (5, 5, 3),
     bounded_far_1000000: (5, 5, 3),
     redundant: (6, 6, 3),

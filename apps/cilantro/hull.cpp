@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "commands.hpp"
+#include "common_options.hpp"
+
+import cilantro;
+import tool;
+using namespace cilantro;
+
+namespace {
+
+using json = nlohmann::ordered_json;
+
+struct hull_settings {
+  std::string input, output;
+  double tolerance = 0;
+  int threads = 0;
+  bool as_json = false, quiet = false;
+  depth_settings depth;
+};
+
+const char* name_of(polytope_status status) {
+  switch (status) {
+    case polytope_status::empty:
+      return "empty";
+    case polytope_status::flat:
+      return "flat";
+    default:
+      return "bounded";
+  }
+}
+
+template <class S>
+void run(const hull_settings& settings, const point_cloud<S, 3>& cloud) {
+  const auto hull =
+      convex_hull(cloud, {.tolerance = settings.tolerance, .threads = settings.threads});
+  json description{{"status", name_of(hull.status())},
+                   {"vertices", hull.vertices().size()},
+                   {"facets", hull.facets().size()},
+                   {"area", hull.area()},
+                   {"volume", hull.volume()}};
+  if (const auto center = hull.centroid())
+    description["centroid"] = {center->x(), center->y(), center->z()};
+  description["left_out"] = hull.non_finite();
+  if (settings.as_json)
+    std::cout << description.dump(2) << '\n';
+  else
+    for (const auto& [key, value] : description.items())
+      std::cout << key << ": " << value.dump() << '\n';
+  if (!settings.output.empty()) write_cloud(select(cloud, hull.indices()), settings.output);
+}
+
+}  // namespace
+
+void add_hull(CLI::App& app) {
+  const auto settings = std::make_shared<hull_settings>();
+  auto* command = app.add_subcommand("hull", "Measures the convex hull of a cloud");
+  command->add_option("FILE", settings->input, "A cloud or a depth image")->required();
+  command->add_option("-o,--output", settings->output, "Where to write the points that are corners");
+  command
+      ->add_option("--tolerance", settings->tolerance,
+                   "Points that are this near to a plane count as flat; 0: as rounding asks for")
+      ->check(CLI::NonNegativeNumber);
+  add_common_options(*command, *settings);
+  command->callback([settings] {
+    const auto input = read_input(settings->input, settings->depth, settings->quiet);
+    std::visit([&](const auto& cloud) { run(*settings, cloud); }, input.cloud);
+  });
+}

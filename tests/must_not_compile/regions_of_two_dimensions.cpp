@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+// message: invalid operands to binary expression
+import cilantro;
+
+int main() {
+  const cilantro::convex_polytope<2> square{cilantro::box{{0, 0}, {1, 1}}};
+  const cilantro::convex_polytope<3> cube{cilantro::box{{0, 0, 0}, {1, 1, 1}}};
+  return (square | cube).empty();
+}

@@ -8,6 +8,8 @@ module;
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 module cilantro.spatial;
@@ -25,8 +27,8 @@ std::optional<ball> interior_ball_of(const polytope_data& polytope) {
   const Eigen::VectorXd offsets = polytope.offsets - polytope.normals.transpose() * middle;
   double size = (polytope.vertices.colwise() - middle).cwiseAbs().maxCoeff();
   if (!(size > 0)) size = offsets.size() > 0 ? offsets.cwiseAbs().maxCoeff() : 1;
-  const auto found = largest_ball(polytope.normals, offsets, 4 * (size > 0 ? size : 1));
-  if (!(found.radius > 0)) return {};
+  const auto found = ball_anywhere(polytope.normals, offsets, 4 * (size > 0 ? size : 1), 0);
+  if (!(found.radius > 0) || found.touches_bound) return {};
   return ball{.center = Eigen::VectorXd{middle + found.center}, .radius = found.radius};
 }
 
@@ -45,7 +47,7 @@ Eigen::MatrixXd bounds_of(const polytope_data& polytope) {
   return bounds;
 }
 
-index_t farthest_vertex(const polytope_data& polytope, const Eigen::VectorXd& direction) {
+index_t farthest_vertex_of(const polytope_data& polytope, const Eigen::VectorXd& direction) {
   if (polytope.vertices.cols() == 0) return -1;
   if (polytope.rays.cols() > 0 && (direction.transpose() * polytope.rays).maxCoeff() > 1e-12)
     return -1;
@@ -58,15 +60,17 @@ index_t farthest_vertex(const polytope_data& polytope, const Eigen::VectorXd& di
 /// Idnani 1983), whose unconstrained start is p itself: half-spaces come in as long as one is
 /// violated, and go out when their multiplier would turn negative.
 Eigen::VectorXd closest_point_of(const polytope_data& polytope, const Eigen::VectorXd& point) {
+  constexpr const char* not_found = "closest_point: no point was found that holds";
   const index_t d = polytope.dimension;
   Eigen::VectorXd x = point;
   std::vector<index_t> active;
   std::vector<double> multipliers;
-  const double enough = std::max(1e-14 * (1 + point.cwiseAbs().maxCoeff()), polytope.tolerance / 4);
+  if (d == 0) return x;
+  const double enough = std::max(1e-14 * point.cwiseAbs().maxCoeff(), polytope.tolerance / 4);
   for (int step = 0; step < 100 + 20 * static_cast<int>(polytope.normals.cols()); ++step) {
     Eigen::Index entering = 0;
     const Eigen::VectorXd outside = polytope.normals.transpose() * x - polytope.offsets;
-    if (outside.size() == 0 || outside.maxCoeff(&entering) <= enough) break;
+    if (outside.size() == 0 || outside.maxCoeff(&entering) <= enough) return x;
     const Eigen::VectorXd normal = polytope.normals.col(entering);
     double multiplier = 0;
     while (true) {
@@ -89,7 +93,7 @@ Eigen::VectorXd closest_point_of(const polytope_data& polytope, const Eigen::Vec
           leaving = k;
         }
       const double length = std::min(full, partial);
-      if (!std::isfinite(length)) return x;
+      if (!std::isfinite(length)) throw std::runtime_error{not_found};
       for (index_t k = 0; k < std::ssize(active); ++k) multipliers[k] -= length * shares[k];
       multiplier += length;
       if (std::isfinite(full)) x -= length * direction;
@@ -102,12 +106,13 @@ Eigen::VectorXd closest_point_of(const polytope_data& polytope, const Eigen::Vec
       multipliers.erase(multipliers.begin() + leaving);
     }
   }
-  return x;
+  throw std::runtime_error{not_found};
 }
 
 std::shared_ptr<const polytope_data> intersection_of(const polytope_data& a,
                                                      const polytope_data& b) {
   expects(a.dimension == b.dimension, "intersection: both must have the same dimension");
+  if (a.affine_dimension < 0 || b.affine_dimension < 0) return make_empty(a.dimension);
   Eigen::MatrixXd normals(a.dimension, a.normals.cols() + b.normals.cols());
   Eigen::VectorXd offsets(normals.cols());
   normals << a.normals, b.normals;
@@ -152,6 +157,8 @@ std::shared_ptr<const polytope_data> sum_of(const polytope_data& a, const polyto
   expects(a.dimension == b.dimension, "minkowski_sum: both must have the same dimension");
   expect_bounded(a, "minkowski_sum");
   expect_bounded(b, "minkowski_sum");
+  expects(a.vertices.cols() * b.vertices.cols() <= 100'000'000,
+          "minkowski_sum: there are too many pairs of corners");
   Eigen::MatrixXd sums(a.dimension, a.vertices.cols() * b.vertices.cols());
   for (index_t i = 0; i < a.vertices.cols(); ++i)
     for (index_t j = 0; j < b.vertices.cols(); ++j)
@@ -179,6 +186,10 @@ void find_inside(const polytope_data& polytope, points_view<S, dynamic> points,
                  const Eigen::VectorXd& origin, double margin, const execution& how,
                  std::span<std::uint8_t> inside) {
   expects(!std::isnan(margin), "contains_each: the margin must be a number");
+  if (polytope.affine_dimension < 0) {
+    std::ranges::fill(inside, std::uint8_t{0});
+    return;
+  }
   const Eigen::VectorXd offsets = polytope.offsets.array() + (margin + polytope.tolerance);
   find_inside(points, origin, polytope.normals, offsets, how, inside);
 }

@@ -34,7 +34,7 @@ struct polytope_facet {
 std::optional<ball> interior_ball_of(const polytope_data& polytope);
 double largest_excess(const polytope_data& polytope, const Eigen::VectorXd& point);
 Eigen::VectorXd closest_point_of(const polytope_data& polytope, const Eigen::VectorXd& point);
-index_t farthest_vertex(const polytope_data& polytope, const Eigen::VectorXd& direction);
+index_t farthest_vertex_of(const polytope_data& polytope, const Eigen::VectorXd& direction);
 std::shared_ptr<const polytope_data> intersection_of(const polytope_data& a,
                                                      const polytope_data& b);
 std::shared_ptr<const polytope_data> transformed(const polytope_data& polytope,
@@ -65,6 +65,10 @@ class convex_polytope {
   convex_polytope() : data_{make_empty(D == dynamic ? 0 : D)} {}
   /// A box as a polytope. Throws as `box::check` does.
   explicit convex_polytope(const box& from) : data_{from_box(from)} {}
+  // No moves: what is moved from would be no polytope, and copies cost a pointer.
+  convex_polytope(const convex_polytope&) = default;
+  convex_polytope& operator=(const convex_polytope&) = default;
+  ~convex_polytope() = default;
   /// Internal.
   explicit convex_polytope(std::shared_ptr<const polytope_data> data) : data_{std::move(data)} {}
 
@@ -151,8 +155,7 @@ class convex_polytope {
     if (empty() || !is_bounded()) return {};
     return vector{data_->centroid};
   }
-  /// A largest ball inside; nothing if there is no inside. Where balls of any size fit, one of some
-  /// finite size. O(facets).
+  /// A largest ball inside; nothing if there is no inside, and if balls of any size fit. O(facets).
   [[nodiscard]] std::optional<ball> interior_ball() const { return interior_ball_of(*data_); }
   /// The corners of the smallest box along the axes; infinite where the set has no end. Throws
   /// `invalid_input` for the empty set.
@@ -166,7 +169,12 @@ class convex_polytope {
   /// moves them inwards. O(facets).
   template <class P>
   [[nodiscard]] bool contains(const P& point, double margin = 0) const {
-    return excess(point) <= margin + tolerance();
+    check(static_cast<index_t>(point.size()));
+    if (empty() || !is_finite_point(point)) return false;
+    const double more = margin + tolerance();
+    for (index_t f = 0; f < data_->normals.cols(); ++f)
+      if (!(height(f, point) <= data_->offsets[f] + more)) return false;
+    return true;
   }
   /// Throws `invalid_input` unless points have `dimension` coordinates.
   void check(index_t dimension) const {
@@ -188,27 +196,37 @@ class convex_polytope {
   void mark_inside(points_view<S, dynamic> points, const Eigen::VectorXd& origin,
                    std::span<std::uint8_t> inside, const execution& how = {}) const {
     check(points.dimension());
+    expects(std::ssize(inside) == points.size() && origin.size() == dimension(),
+            "mark_inside: there must be one answer per point, and an origin of their dimension");
     find_inside(*data_, points, origin, 0, how, inside);
   }
   /// The distance to the boundary, negative inside; infinity for the empty set, and −infinity for
-  /// all of space. In a flat set, the distance to it.
+  /// all of space. In a flat set, the distance to it. Throws `invalid_input` unless the point is
+  /// finite.
   template <class P>
   [[nodiscard]] double signed_distance(const P& point) const {
+    expects(is_finite_point(point), "signed_distance: the point must be finite");
+    check(static_cast<index_t>(point.size()));
     if (empty()) return std::numeric_limits<double>::infinity();
-    const double inside = excess(point);
-    if (inside <= 0) return inside;
+    double largest = -std::numeric_limits<double>::infinity();
+    for (index_t f = 0; f < data_->normals.cols(); ++f)
+      largest = std::max(largest, height(f, point) - data_->offsets[f]);
+    if (largest <= 0) return largest;
     return (closest_point(point) - vector_from(point)).norm();
   }
-  /// The point of the set that is nearest to `point`. Throws `invalid_input` for the empty set.
+  /// The point of the set that is nearest to `point`. Throws `invalid_input` for the empty set and
+  /// unless the point is finite.
   template <class P>
   [[nodiscard]] vector closest_point(const P& point) const {
     expects(!empty(), "closest_point: the polytope is empty");
+    expects(is_finite_point(point), "closest_point: the point must be finite");
     return closest_point_of(*data_, vector_from(point));
   }
-  /// The index of the vertex that is farthest in a direction; −1 if a ray goes farther.
+  /// The index of the vertex that is farthest in a direction; −1 if a ray goes farther, and for the
+  /// empty set.
   template <class P>
-  [[nodiscard]] index_t support(const P& direction) const {
-    return farthest_vertex(*data_, vector_from(direction));
+  [[nodiscard]] index_t farthest_vertex(const P& direction) const {
+    return farthest_vertex_of(*data_, vector_from(direction));
   }
 
   /// The points that are in both.
@@ -216,7 +234,15 @@ class convex_polytope {
                                                  const convex_polytope& b) {
     return convex_polytope{intersection_of(*a.data_, *b.data_)};
   }
-  /// All sums of a point of one and a point of the other (Minkowski). For bounded sets.
+  [[nodiscard]] friend convex_polytope operator&(const convex_polytope& a, const box& b) {
+    return a & convex_polytope{b};
+  }
+  [[nodiscard]] friend convex_polytope operator&(const box& a, const convex_polytope& b) {
+    return convex_polytope{a} & b;
+  }
+  /// All sums of a point of one and a point of the other (Minkowski). Throws `invalid_input` for
+  /// unbounded sets, and for more than 10⁸ pairs of corners: time and memory grow with their
+  /// number.
   [[nodiscard]] friend convex_polytope minkowski_sum(const convex_polytope& a,
                                                      const convex_polytope& b) {
     return convex_polytope{sum_of(*a.data_, *b.data_)};
@@ -261,17 +287,19 @@ class convex_polytope {
     return v;
   }
   template <class P>
-  [[nodiscard]] double excess(const P& point) const {
-    check(static_cast<index_t>(point.size()));
-    double largest = -std::numeric_limits<double>::infinity();
-    const auto& normals = data_->normals;
-    for (index_t f = 0; f < normals.cols(); ++f) {
-      double sum = 0;
-      for (index_t d = 0; d < normals.rows(); ++d) sum += normals(d, f) * double(point[d]);
-      const double out = sum - data_->offsets[f];
-      if (!(out <= largest)) largest = out;  // NaN is not inside.
-    }
-    return largest;
+  [[nodiscard]] static bool is_finite_point(const P& point) {
+    for (index_t d = 0; d < static_cast<index_t>(point.size()); ++d)
+      if (!std::isfinite(static_cast<double>(point[d]))) return false;
+    return true;
+  }
+  /// The point's place along the normal of half-space f, summed in the order of the axes as by the
+  /// kernel for many points.
+  template <class P>
+  [[nodiscard]] double height(index_t f, const P& point) const {
+    double sum = 0;
+    for (index_t d = 0; d < data_->normals.rows(); ++d)
+      sum += data_->normals(d, f) * static_cast<double>(point[d]);
+    return sum;
   }
 
   std::shared_ptr<const polytope_data> data_;
@@ -292,6 +320,14 @@ export template <PointsSource P>
       make_hull<scalar_of<P>>(points_in(points), origin_in(points), options)};
 }
 
+/// How `intersect_half_spaces` works.
+export struct half_space_options {
+  /// A set that is no wider than twice this distance is flat, and one whose half-spaces contradict
+  /// each other by no more is not empty. In the unit of the offsets; 0 stands for what rounding
+  /// asks for.
+  double tolerance = 0;
+};
+
 /// Numbers that are found by index: a `std::vector`, an `std::array`, a span, a vector of Eigen's.
 template <class T>
 concept IndexedNumbers = requires(const T& numbers, index_t i) {
@@ -303,21 +339,19 @@ concept IndexedNumbers = requires(const T& numbers, index_t i) {
 /// and need no unit length. Half-spaces that say nothing new are dropped. No inner point is needed:
 /// sets that are empty, flat or without end are results as any other.
 ///
-/// A set within `tolerance` of being flat is flat, and one whose half-spaces contradict each other
-/// by no more is not empty; 0 stands for what rounding asks for. Throws `invalid_input` for other
+/// Throws `invalid_input` for other
 /// than one offset per normal, for NaN and infinite normals. A normal of zeros and an infinite
 /// offset say all or nothing. By a linear program and the hull of the dual points.
 export template <PointsSource P, IndexedNumbers O = std::vector<double>>
-[[nodiscard]] convex_polytope<dimension_of<P>> intersect_half_spaces(const P& normals,
-                                                                     const O& offsets,
-                                                                     double tolerance = 0) {
+[[nodiscard]] convex_polytope<dimension_of<P>> intersect_half_spaces(
+    const P& normals, const O& offsets, const half_space_options& options = {}) {
   const auto view = points_in(normals);
   expects(view.size() == static_cast<index_t>(offsets.size()),
           "intersect_half_spaces: there must be one offset per normal");
   Eigen::VectorXd numbers(view.size());
   for (index_t i = 0; i < numbers.size(); ++i) numbers[i] = static_cast<double>(offsets[i]);
   return convex_polytope<dimension_of<P>>{
-      make_intersection(view.matrix().template cast<double>(), numbers, tolerance)};
+      make_intersection(view.matrix().template cast<double>(), numbers, options.tolerance)};
 }
 
 /// The image of a polytope under an affine map, which may be singular: then it is flat.

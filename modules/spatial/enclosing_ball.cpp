@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 module cilantro.spatial;
@@ -21,7 +22,9 @@ class ball_search {
     // Each round the support gains the point that is farthest outside, and loses those that the
     // ball of the others contains; the radius grows, so that no support comes twice.
     enclosing_ball best = through({0});
-    for (index_t round = 0; round < 1000; ++round) {
+    for (index_t round = 0;; ++round) {
+      if (round == 1000)
+        throw std::runtime_error{"minimum_enclosing_ball: no ball was found that holds"};
       index_t farthest = 0;
       double distance = -1;
       for (index_t i = 0; i < points_.size(); ++i)

@@ -19,7 +19,7 @@ export struct enclosing_ball {
 
 std::optional<enclosing_ball> smallest_ball(points_view<double, dynamic> points);
 
-/// The smallest ball that contains all finite points, of any dimension; of a cloud in world
+/// The smallest ball that contains all finite points, of up to 12 dimensions; of a cloud in world
 /// coordinates. Nothing if there is no finite point. In two and three dimensions O(N log N), of
 /// which all but a little is the hull's. Welzl 1991, with the farthest point first (Gärtner 1999).
 export template <PointsSource P>
@@ -28,8 +28,10 @@ export template <PointsSource P>
   const Eigen::VectorXd origin = origin_in(points);
   Eigen::MatrixXd candidates(view.dimension(), 0);
   index_list indices;
-  if (view.dimension() == 2 || view.dimension() == 3) {
-    const auto hull = convex_hull(points);
+  expects(view.dimension() <= 12, "minimum_enclosing_ball: points may have at most 12 coordinates");
+  convex_polytope<dimension_of<P>> hull;
+  if (view.dimension() == 2 || view.dimension() == 3) hull = convex_hull(points);
+  if (hull.status() == polytope_status::bounded) {
     candidates = hull.vertices().matrix();
     indices.assign(hull.indices().begin(), hull.indices().end());
   } else {

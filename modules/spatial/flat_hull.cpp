@@ -20,7 +20,7 @@ flat_hull make_flat_hull(const Eigen::Matrix3Xd& points, const index_list& indic
   const Eigen::Vector3d middle = points.rowwise().mean();
   const Eigen::Matrix3Xd arms = points.colwise() - middle;
   const auto spread = decompose_symmetric<3>(arms * arms.transpose());
-  expects(spread.values[1] > 1e-20 * spread.values[2], no_plane);
+  expects(spread.values[1] > 1e-12 * spread.values[2], no_plane);
 
   flat_hull found{.non_finite = non_finite};
   found.normal = spread.vectors.col(0);

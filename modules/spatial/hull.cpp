@@ -170,8 +170,7 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
     shape.vertices.resize(0, 1);
     shape.normals.resize(0, 0);
   } else {
-    shape = k == 1 ? segment_of(points)
-                   : hull_by_qhull(points, std::max(how.tolerance, rounding) / scale, how);
+    shape = k == 1 ? segment_of(points) : hull_by_qhull(points, rounding / scale, how);
     arrange(shape, true, how.simplicial);
     outside = farthest_outside(shape, points);
     if (outside * scale > std::max(how.tolerance, 1e-9 * size))
@@ -184,7 +183,8 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
   within.origin = within.origin * scale + center;
   polytope_data out = embed(std::move(shape), within, {});
   out.vertices = columns_of(input, indices);
-  out.tolerance = std::max({how.tolerance, rounding, outside * scale, k < d ? flat : 0.0});
+  out.tolerance = std::max({how.tolerance, rounding, outside * scale, k < d ? flat : 0.0,
+                            std::numeric_limits<double>::min()});
   return out;
 }
 
@@ -197,6 +197,7 @@ std::shared_ptr<const polytope_data> make_hull(points_view<S, dynamic> points,
   const index_t d = points.dimension();
   expects(how.tolerance >= 0 && std::isfinite(how.tolerance),
           "convex_hull: the tolerance must not be negative");
+  expect_from(0, how.threads, "threads (0 leaves the choice to OpenMP)");
   expects(points.size() <= std::numeric_limits<std::int32_t>::max(),
           "convex_hull: no more than 2^31 - 1 points");
   const auto candidates = hull_candidates(points, how);
@@ -210,9 +211,9 @@ std::shared_ptr<const polytope_data> make_hull(points_view<S, dynamic> points,
   for (index_t i = 0; i < chosen.cols(); ++i)
     chosen.col(i) = points[candidates[i]].template cast<double>();
   const double size = d == 0 ? 0 : chosen.cwiseAbs().maxCoeff();
-  const double flat = how.tolerance > 0 ? how.tolerance
-                                        : size * (4 * double(std::numeric_limits<S>::epsilon()) +
-                                                  32 * std::numeric_limits<double>::epsilon());
+  const double flat =
+      std::max(how.tolerance, size * (4 * double(std::numeric_limits<S>::epsilon()) +
+                                      32 * std::numeric_limits<double>::epsilon()));
   polytope_data out = hull_of(chosen, flat, how);
   for (auto& i : out.indices) i = candidates[i];
   out.non_finite = candidates.non_finite;

@@ -105,7 +105,9 @@ index_list extremes_of(points_view<S, dynamic> points) {
       load(begin);
       index_t best = 0;
       for (index_t i = 1; i < block; ++i)
-        if (high ? along(j, i) > along(j, best) : along(j, i) < along(j, best)) best = i;
+        if (const float at = along(j, i), most = along(j, best);
+            std::isnan(most) || (high ? at > most : at < most))
+          best = i;
       extremes.push_back(static_cast<std::int32_t>(begin + best));
     }
   }

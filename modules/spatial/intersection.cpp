@@ -27,6 +27,9 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
+constexpr const char* too_different =
+    "intersect_half_spaces: the offsets are too different in size to be computed with";
+
 /// Half-spaces normal · x <= offset, the normals of unit length, one per column.
 struct rows {
   Eigen::MatrixXd normals;
@@ -137,6 +140,10 @@ polytope_shape vertices_and_facets(const rows& set, const round_view& view, doub
   dual.col(count).setZero();
   // By how much a dual point may be wrong, which decides what meets in one vertex.
   const double nearest = (set.offsets - set.normals.transpose() * view.center).minCoeff();
+  // Rounded, they are at most 1 long, and in no hyperplane; Qhull does not bear what is else.
+  if (!(dual.cwiseAbs().maxCoeff() <= 1e3) ||
+      span_of(dual, 1e-13 * dual.cwiseAbs().maxCoeff()).cols() < d)
+    throw std::runtime_error{too_different};
   const auto found =
       detail::run_qhull(dual.data(), static_cast<int>(count + 1), static_cast<int>(d),
                         detail::qhull_wish::facets, std::min(1e-6, tolerance / nearest));
@@ -173,6 +180,7 @@ polytope_shape vertices_and_facets(const rows& set, const round_view& view, doub
 
   polytope_shape shape;
   const auto vertices = std::ranges::count(corners, false, &corner::is_ray);
+  if (vertices == 0) throw std::runtime_error{too_different};
   shape.vertices.resize(d, vertices);
   shape.rays.resize(d, std::ssize(corners) - vertices);
   std::vector<std::vector<std::int32_t>> corners_of(count);
@@ -319,7 +327,8 @@ class intersection {
     while (within_.basis.cols() > 0) {
       const auto ball = inner_ball();
       if (ball.radius < -tolerance_) return make_empty(d);
-      if (ball.radius > tolerance_) return finish(shape_of(set_, ball.center, bound_, tolerance_));
+      if (ball.radius > tolerance_)
+        return finish(shape_of(set_, ball.center, widest(ball), tolerance_));
       if (!reduce(ball)) return make_empty(d);
     }
     if (set_.normals.cols() > 0) return make_empty(d);
@@ -336,24 +345,59 @@ class intersection {
   ball_in_half_spaces inner_ball() {
     ball_in_half_spaces ball;
     for (int round = 0; round < 2; ++round) {
-      // Where all half-spaces meet in the centre, offsets say nothing of the size.
-      const double size = set_.offsets.size() == 0 ? 0 : set_.offsets.cwiseAbs().maxCoeff();
-      if (scale_ == 0) scale_ = size > 0 ? size : 1;
-      bound_ = 4 * std::max(size, 1e-6 * scale_);
-      ball = largest_ball(set_.normals, set_.offsets, bound_);
-      // A normal that is wrong in its last bit is wrong by as much more as the set is far away.
+      ball = ball_of_near_rows();
+      // A normal that is wrong in its last bit is wrong by as much more as the set is far away; and
+      // the linear program leaves something open.
       tolerance_ = std::max(
-          wanted_, 64 * epsilon *
-                       (within_.origin.cwiseAbs().maxCoeff() + ball.center.cwiseAbs().maxCoeff()));
+          {wanted_, 2e-14 * bound_,
+           64 * epsilon *
+               (within_.origin.cwiseAbs().maxCoeff() + ball.center.cwiseAbs().maxCoeff())});
       for (const auto i : ball.tight) tolerance_ = std::max(tolerance_, set_.errors[i]);
-      // What the linear program itself leaves open.
-      tolerance_ = std::max(tolerance_, 2e-14 * bound_);
+      if (scale_ == 0) scale_ = bound_ / 4;
       if (round > 0 || ball.radius < -4 * tolerance_) break;
       move_origin(ball.center);
       ball.center.setZero();
     }
     rounding_ = std::max(rounding_, tolerance_);
     return ball;
+  }
+
+  /// Half-spaces whose planes are very far away would make the numbers of the others small: they
+  /// take part only if the ball of the others is not inside them.
+  ball_in_half_spaces ball_of_near_rows() {
+    std::vector<double> sizes(set_.offsets.size());
+    for (std::size_t i = 0; i < sizes.size(); ++i) sizes[i] = std::abs(set_.offsets[i]);
+    std::ranges::sort(sizes);
+    const double all = sizes.empty() ? 0 : sizes.back();
+    const auto least = std::ranges::upper_bound(sizes, 0.0);
+    for (double limit = least == sizes.end() ? 0 : 1e4 * *least;; limit *= 1e4) {
+      const bool takes_all = limit >= all || !(limit > 0);
+      std::vector<index_t> near;
+      double size = 0;
+      for (index_t i = 0; i < set_.offsets.size(); ++i)
+        if (takes_all || std::abs(set_.offsets[i]) <= limit) {
+          near.push_back(i);
+          size = std::max(size, std::abs(set_.offsets[i]));
+        }
+      // Where all half-spaces meet in the centre, offsets say nothing of the size.
+      const double usual = scale_ > 0 ? 1e-6 * scale_ : 1;
+      bound_ = 4 * (scale_ > 0 || size == 0 ? std::max(size, usual) : size);
+      const rows some = takes_all ? set_ : some_of(set_, near);
+      auto ball = ball_anywhere(some.normals, some.offsets, bound_, 0);
+      if (takes_all) return ball;
+      const double room =
+          (set_.offsets - set_.normals.transpose() * ball.center).minCoeff() - ball.radius;
+      if (!ball.touches_bound && room >= -1e-12 * bound_) {
+        for (auto& i : ball.tight) i = near[i];
+        return ball;
+      }
+    }
+  }
+
+  /// How far from the centre anything can be that is not without end.
+  [[nodiscard]] double widest(const ball_in_half_spaces& ball) const {
+    const double farthest = set_.offsets.size() == 0 ? 0 : set_.offsets.cwiseAbs().maxCoeff();
+    return 4 * std::max({bound_, farthest, ball.center.cwiseAbs().maxCoeff()});
   }
 
   void move_origin(const Eigen::VectorXd& to) {
@@ -393,7 +437,10 @@ class intersection {
     arrange(shape, false, false);
     if (shape.rays.cols() == 0 && shape.vertices.rows() > 3) {
       // Its boundary as simplices.
-      const Eigen::MatrixXd corners = shape.vertices;
+      Eigen::MatrixXd corners = shape.vertices.colwise() - shape.vertices.rowwise().mean().eval();
+      corners /= corners.cwiseAbs().maxCoeff();
+      if (!corners.allFinite() || span_of(corners, 1e-14).cols() < corners.rows())
+        throw std::runtime_error{too_different};
       const auto hull = detail::run_qhull(corners.data(), static_cast<int>(corners.cols()),
                                           static_cast<int>(corners.rows()),
                                           detail::qhull_wish::facets_and_simplices);
@@ -402,9 +449,10 @@ class intersection {
       shape.simplices.assign(hull.simplices.begin(), hull.simplices.end());
     }
     const double size = shape.vertices.size() == 0 ? 0 : shape.vertices.cwiseAbs().maxCoeff();
-    double allowed = std::max({wanted_, rounding_, 64 * epsilon * size});
+    double allowed =
+        std::max({wanted_, rounding_, 64 * epsilon * size, std::numeric_limits<double>::min()});
     if (shape.vertices.rows() > 0 && !hold_within(allowed, shape.vertices)) {
-      allowed = std::max(allowed, 1e-9 * (1 + size));
+      allowed = std::max(allowed, 1e-9 * size);
       if (!hold_within(allowed, shape.vertices))
         throw std::runtime_error{"intersect_half_spaces: the result does not hold within " +
                                  in_digits(allowed) + ". A larger tolerance may help"};

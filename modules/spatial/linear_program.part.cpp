@@ -8,6 +8,7 @@ module;
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <vector>
 module cilantro.spatial:linear_program;
 
@@ -218,6 +219,19 @@ ball_in_half_spaces largest_ball(const Eigen::MatrixXd& normals, const Eigen::Ve
   best.center *= bound;
   best.radius *= bound;
   return best;
+}
+
+/// As above, with a bound that grows as long as it keeps the ball from a radius above `enough`: the
+/// set may be far away. Throws `std::runtime_error` if the result does not hold.
+ball_in_half_spaces ball_anywhere(const Eigen::MatrixXd& normals, const Eigen::VectorXd& offsets,
+                                  double bound, double enough) {
+  for (int growth = 0;; ++growth) {
+    auto found = largest_ball(normals, offsets, bound);
+    if (!found.is_right)
+      throw std::runtime_error{"half-spaces: the linear program of the inner ball was not solved"};
+    if (found.radius > enough || !found.touches_bound || growth == 4) return found;
+    bound *= 1000;
+  }
 }
 
 }  // namespace cilantro

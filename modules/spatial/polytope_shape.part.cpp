@@ -316,12 +316,17 @@ template <int D>
 void measure(const polytope_shape& shape, polytope_data& out, Eigen::VectorXd& centroid) {
   const index_t d = shape.vertices.rows();
   const point_vector<double, D> middle = shape.vertices.rowwise().mean();
+  // In units of about its size, so that products of huge or tiny numbers stay in range.
+  const double size = (shape.vertices.colwise() - Eigen::VectorXd{middle}).cwiseAbs().maxCoeff();
+  int exponent = 0;
+  std::frexp(size, &exponent);
+  const double unit = size > 0 ? std::ldexp(1.0, exponent) : 1;
   point_vector<double, D> moment = 0 * middle;
   Eigen::Matrix<double, D, D> arms(d, d);
   double volume = 0, area = 0;
   for (std::size_t s = 0; s < shape.simplices.size(); s += d) {
     for (index_t k = 0; k < d; ++k)
-      arms.col(k) = shape.vertices.col(shape.simplices[s + k]) - middle;
+      arms.col(k) = (shape.vertices.col(shape.simplices[s + k]) - middle) / unit;
     double cone = 0, base = 0;
     if constexpr (D == 3) {
       const Eigen::Vector3d a = arms.col(1) - arms.col(0), b = arms.col(2) - arms.col(0);
@@ -337,10 +342,13 @@ void measure(const polytope_shape& shape, polytope_data& out, Eigen::VectorXd& c
     area += base;
     moment += cone * arms.rowwise().sum();
   }
-  out.measure = volume / factorial(d);
-  out.area = area / factorial(d - 1);
+  const auto scaled = [&](double sum, index_t power) {
+    return sum > 0 ? sum / factorial(power) * std::pow(unit, double(power)) : 0;
+  };
+  out.measure = scaled(volume, d);
+  out.area = scaled(area, d - 1);
   centroid = middle;
-  if (volume > 0) centroid += moment / (volume * double(d + 1));
+  if (volume > 0) centroid += moment / (volume * double(d + 1)) * unit;
 }
 
 }  // namespace
@@ -437,6 +445,11 @@ polytope_data embed(polytope_shape shape, const affine_subspace& within, polytop
 /// the last one ended.
 double farthest_outside(const polytope_shape& shape, const Eigen::MatrixXd& points) {
   const index_t d = points.rows(), count = shape.facets.size();
+  // Where few numbers are compared, all are: facets that are nearly in one plane may have a false
+  // summit between them.
+  if (points.cols() * count <= 250'000)
+    return std::max(0.0,
+                    ((shape.normals.transpose() * points).colwise() - shape.offsets).maxCoeff());
   const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
   // Facets as dual points.
   Eigen::MatrixXd dual = shape.normals;

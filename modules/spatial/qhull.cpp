@@ -90,16 +90,16 @@ class qhull_run {
     }
   }
 
-  void read_simplices(int dimension, qhull_facets& out) {
+  [[nodiscard]] bool read_simplices(int dimension, qhull_facets& out) {
     qhT* qh = &qh_;
     facetT* facet;
     vertexT *vertex, **vertexp;
     FORALLfacets {
       const std::size_t before = out.simplices.size();
       FOREACHvertex_(facet->vertices) out.simplices.push_back(qh_pointid(qh, vertex->point));
-      // Some that Qhull could not cut have more; a degenerate one may have lost a vertex.
-      if (out.simplices.size() != before + dimension) out.simplices.resize(before);
+      if (out.simplices.size() != before + dimension) return false;
     }
+    return true;
   }
 
   [[nodiscard]] std::string message() { return messages_.first_line(); }
@@ -126,11 +126,11 @@ qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wis
     if (run.hull(points, count, dimension, options)) {
       out.error.clear();
       run.read_facets(dimension, out);
-      if (wish == qhull_wish::facets_and_simplices) {
-        if (!run.triangulate())
-          out.error = run.message();
-        else
-          run.read_simplices(dimension, out);
+      if (wish == qhull_wish::facets_and_simplices &&
+          !(run.triangulate() && run.read_simplices(dimension, out))) {
+        out = {};
+        out.error = "Qhull cannot cut its facets into simplices";
+        continue;
       }
       return out;
     }

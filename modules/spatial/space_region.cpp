@@ -59,7 +59,7 @@ class half_space_stack {
   [[nodiscard]] bool has_inside(double radius, double further) const {
     const Eigen::MatrixXd normals = normals_.leftCols(count_);
     const Eigen::VectorXd offsets = offsets_.head(count_) - normals.transpose() * around_.middle;
-    return largest_ball(normals, offsets, 4 * (around_.size + further)).radius > radius;
+    return ball_anywhere(normals, offsets, 4 * (around_.size + further), radius).radius > radius;
   }
   [[nodiscard]] piece polytope(double tolerance) const {
     return make_intersection(normals_.leftCols(count_), offsets_.head(count_), tolerance);
@@ -187,6 +187,10 @@ namespace {
 piece together(const polytope_data& a, const polytope_data& b) {
   if (!a.bounded || !b.bounded) return nullptr;
   const double tolerance = tolerance_of(a, b);
+  const Eigen::MatrixXd in_a = bounds_of(a), in_b = bounds_of(b);
+  if ((in_a.col(0) - in_b.col(1)).maxCoeff() > tolerance ||
+      (in_b.col(0) - in_a.col(1)).maxCoeff() > tolerance)
+    return nullptr;
   bool touch = false;
   for (index_t f = 0; f < a.normals.cols() && !touch; ++f)
     for (index_t g = 0; g < b.normals.cols() && !touch; ++g)

@@ -38,7 +38,7 @@ class space_region {
   using vector = point_vector<double, D>;
   static constexpr int static_dimension = D;
 
-  /// The empty region; of dimension 0 if D is `dynamic`.
+  /// The empty region; if D is `dynamic` of dimension 0, until it is joined with another.
   space_region() : dimension_{D == dynamic ? 0 : D} {}
   space_region(const convex_polytope<D>& polytope)  // NOLINT: a conversion on purpose
       : space_region{polytope.dimension(), {polytope.shared()}} {}
@@ -111,6 +111,8 @@ class space_region {
   void mark_inside(points_view<S, dynamic> points, const Eigen::VectorXd& origin,
                    std::span<std::uint8_t> inside, const execution& how = {}) const {
     check(points.dimension());
+    expects(std::ssize(inside) == points.size() && origin.size() == dimension_,
+            "mark_inside: there must be one answer per point, and an origin of their dimension");
     find_inside(pieces_, points, origin, how, inside);
   }
   /// The distance to the nearest point of the region; 0 inside, infinity for the empty region.
@@ -145,6 +147,9 @@ class space_region {
 
  private:
   static index_t dimension_of_both(const space_region& a, const space_region& b) {
+    // One that was made without a dimension takes that of the other.
+    if (a.dimension_ == 0) return b.dimension_;
+    if (b.dimension_ == 0) return a.dimension_;
     expects(a.dimension_ == b.dimension_, "regions: both must have the same dimension");
     return a.dimension_;
   }
@@ -176,6 +181,7 @@ using region_of_both =
     space_region<region_dimension<A> == -2 ? region_dimension<B> : region_dimension<A>>;
 
 /// As the operators of `space_region`, for polytopes and boxes; at least one must not be a box.
+/// `&` of two polytopes, or of a polytope and a box, is a polytope, which may be flat.
 export template <class A, class B>
   requires MixedRegions<A, B>
 [[nodiscard]] region_of_both<A, B> operator|(const A& a, const B& b) {
@@ -187,7 +193,8 @@ export template <class A, class B>
   return region_of_both<A, B>(a) - region_of_both<A, B>(b);
 }
 export template <class A, class B>
-  requires(MixedRegions<A, B> && !std::same_as<A, B>)
+  requires(MixedRegions<A, B> &&
+           (std::same_as<A, region_of_both<A, B>> || std::same_as<B, region_of_both<A, B>>))
 [[nodiscard]] region_of_both<A, B> operator&(const A& a, const B& b) {
   return region_of_both<A, B>(a) & region_of_both<A, B>(b);
 }

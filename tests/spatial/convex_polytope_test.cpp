@@ -112,7 +112,7 @@ TEST_CASE("sets without end are sets as any other") {
   CHECK(half.contains(Eigen::Vector3d{5, 5, 2}));
   CHECK_FALSE(half.contains(Eigen::Vector3d{5, 5, 2.001}));
   CHECK(half.rays().size() == 5);
-  CHECK(half.interior_ball());
+  CHECK_FALSE(half.interior_ball());  // Balls of any size fit.
 
   Eigen::MatrixXd slab(3, 2);
   slab << 0, 0, 0, 0, 1, -1;
@@ -155,7 +155,8 @@ TEST_CASE("flat sets have their own dimension and measure") {
         Eigen::VectorXd half = Eigen::Vector3d::Zero();
         half.head(extent).setConstant(0.5);
         const auto from = box_at(center, half, turn);
-        const auto found = intersect_half_spaces(from.normals, from.offsets, away * 1e-14);
+        const auto found =
+            intersect_half_spaces(from.normals, from.offsets, {.tolerance = away * 1e-14});
         CHECK(found.status() == polytope_status::flat);
         REQUIRE(found.affine_dimension() == extent);
         CHECK(found.measure() == doctest::Approx(1).epsilon(slack));
@@ -212,4 +213,105 @@ TEST_CASE_TEMPLATE(
       CHECK(std::ranges::equal(again.offsets(), hull.offsets()));
       CHECK(again.volume() == hull.volume());
     }
+}
+
+TEST_CASE("sets far away from where their half-spaces pass the origin are found") {
+  Eigen::Matrix2Xd normals(2, 3);
+  normals << 0, -1e-3, 2e-3, -1, 1, -1;
+  const auto wedge =
+      intersect_half_spaces(Eigen::Matrix2Xd{normals.leftCols(2)}, std::vector{-1.0, 0.0});
+  CHECK(wedge.status() == polytope_status::unbounded);
+  CHECK(wedge.contains(Eigen::Vector2d{2000, 1.5}));
+  const auto triangle = intersect_half_spaces(normals, std::vector{-1.0, 0.0, 1.5});
+  REQUIRE(triangle.status() == polytope_status::bounded);
+  CHECK(triangle.vertices().size() == 3);
+  CHECK(triangle.volume() == doctest::Approx(62.5));
+  CHECK(triangle.contains(Eigen::Vector2d{1250, 1.1}));
+  const auto above = intersect_half_spaces(Eigen::Matrix2Xd{normals.col(0)}, std::vector{-1.0});
+  const auto below = intersect_half_spaces(Eigen::Matrix2Xd{normals.col(1)}, std::vector{0.0});
+  CHECK_FALSE((above - below).contains(Eigen::Vector2d{5000, 2}));
+}
+
+TEST_CASE("half-spaces that are there to say nothing take nothing away") {
+  for (const double far : {1e6, 1e13, 1e30}) {
+    CAPTURE(far);
+    const convex_polytope<3> layer{box{{-far, -far, 0}, {far, far, 1}}};
+    CHECK(layer.affine_dimension() == 3);
+    CHECK(layer.contains(Eigen::Vector3d{5, 5, 0.5}));
+    if (far <= 1e6) CHECK_FALSE(layer.contains(Eigen::Vector3d{5, 5, 1.5}));
+    Eigen::Matrix3Xd normals(3, 7);
+    normals << Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity(), Eigen::Vector3d{1, 1, 1};
+    const auto cube =
+        intersect_half_spaces(normals, std::vector{1.0, 1.0, 1.0, 0.0, 0.0, 0.0, far});
+    CHECK(cube.status() == polytope_status::bounded);
+    CHECK(cube.volume() == doctest::Approx(1));
+    CHECK(cube.facets().size() == 6);
+    CHECK(cube.tolerance() < 1e-12);
+  }
+}
+
+TEST_CASE("nothing that is not finite is inside, and nothing at all is in the empty set") {
+  const convex_polytope<3> cube{box{{0, 0, 0}, {1, 1, 1}}};
+  const auto whole = intersect_half_spaces(Eigen::Matrix3Xd(3, 0), {});
+  for (const double bad : {infinity, -infinity, test::nan<double>})
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3d p{0.5, 0.5, 0.5};
+      p[axis] = bad;
+      CHECK_FALSE(cube.contains(p));
+      CHECK_FALSE(whole.contains(p));
+      CHECK_THROWS_AS((void)cube.signed_distance(p), invalid_input);
+      CHECK_THROWS_AS((void)cube.closest_point(p), invalid_input);
+    }
+  const convex_polytope<3> none;
+  CHECK_FALSE(none.contains(Eigen::Vector3d{0, 0, 0}, 5));
+  CHECK(none.contains_each(Eigen::Matrix3Xd{Eigen::Vector3d{0, 0, 0}}, 5)[0] == 0);
+  CHECK((none & cube).empty());
+  CHECK(none.signed_distance(Eigen::Vector3d{0, 0, 0}) == infinity);
+}
+
+TEST_CASE("distances and nearest points agree with those of a box") {
+  const Eigen::Vector3d low{-1, 0, 2}, high{1, 3, 2.5};
+  const convex_polytope<3> found{box{low, high}};
+  const auto points = test::random_points<test::d3>(500, 4, -5, 5);
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d p = points.col(i), nearest = p.cwiseMax(low).cwiseMin(high);
+    CHECK((found.closest_point(p) - nearest).norm() < 1e-9);
+    const double inside = std::max((low - p).maxCoeff(), (p - high).maxCoeff());
+    CHECK(found.signed_distance(p) ==
+          doctest::Approx(inside <= 0 ? inside : (p - nearest).norm()).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("sums, differences and images of boxes are boxes") {
+  const convex_polytope<3> a{box{{0, 0, 0}, {4, 3, 2}}}, b{box{{-0.5, -0.5, 0}, {0.5, 0.5, 1}}};
+  CHECK(minkowski_sum(a, b).volume() == doctest::Approx(5 * 4 * 3));
+  CHECK(minkowski_difference(a, b).volume() == doctest::Approx(3 * 2 * 1));
+  CHECK(minkowski_difference(b, a).empty());
+  Eigen::Affine3d stretch = Eigen::Affine3d::Identity();
+  stretch.linear() = Eigen::Vector3d{2, 3, 0}.asDiagonal();
+  stretch.translation() = Eigen::Vector3d{0, 0, 7};
+  const auto shadow = transform_polytope(a, stretch);
+  CHECK(shadow.affine_dimension() == 2);
+  CHECK(shadow.measure() == doctest::Approx(8 * 9));
+  CHECK(shadow.contains(Eigen::Vector3d{1, 1, 7}));
+  const Eigen::Isometry3d turn{
+      make_transform<Eigen::Isometry3d>(rotation(3, 2), Eigen::Vector3d{1e6, 0, 0})};
+  CHECK(transform_polytope(a, turn).volume() == doctest::Approx(24).epsilon(1e-8));
+  CHECK(transform_polytope(shadow, turn).affine_dimension() == 2);
+}
+
+TEST_CASE_TEMPLATE("a tolerance makes hulls flat, and never fail", S, float, double) {
+  const point_matrix<S, 3> cube = test::random_points<test::space<S, 3>>(500, 3);
+  point_matrix<S, 3> wall = cube;
+  wall.row(2) *= S(1e-3);
+  for (const double tolerance : {0.0, 1e-6, 1e-4, 1e-3, 5e-3, 0.05, 0.2}) {
+    CAPTURE(tolerance);
+    const auto solid = convex_hull(cube, {.tolerance = tolerance});
+    CHECK(solid.affine_dimension() == 3);
+    CHECK(solid.volume() == convex_hull(cube).volume());
+    const auto thin = convex_hull(wall, {.tolerance = tolerance});
+    CHECK(thin.affine_dimension() == (tolerance < 3e-3 ? 3 : 2));
+    const auto in = thin.contains_each(wall);
+    CHECK(std::ranges::count(in, 1) == 500);
+  }
 }

@@ -63,7 +63,8 @@ void add_hull(CLI::App& app) {
   const auto settings = std::make_shared<hull_settings>();
   auto* command = app.add_subcommand("hull", "Measures the convex hull of a cloud");
   command->add_option("FILE", settings->input, "A cloud or a depth image")->required();
-  command->add_option("-o,--output", settings->output, "Where to write the points that are corners");
+  command->add_option("-o,--output", settings->output,
+                      "Where to write the points that are corners");
   command
       ->add_option("--tolerance", settings->tolerance,
                    "Points that are this near to a plane count as flat; 0: as rounding asks for")

@@ -141,12 +141,10 @@ class pipeline : public pipeline_step {
   /// How many consecutive steps from `First` on only choose points.
   template <std::size_t First, class C>
   static constexpr std::size_t choosing() {
-    if constexpr (First == sizeof...(Steps))
-      return 0;
-    else if constexpr (ChoosingStep<std::tuple_element_t<First, std::tuple<Steps...>>, C>)
-      return 1 + choosing<First + 1, C>();
-    else
-      return 0;
+    if constexpr (First < sizeof...(Steps))
+      if constexpr (ChoosingStep<std::tuple_element_t<First, std::tuple<Steps...>>, C>)
+        return 1 + choosing<First + 1, C>();
+    return 0;
   }
 
   template <std::size_t First, class C>

@@ -55,7 +55,7 @@ export template <class T>
 export template <class T>
   requires(!std::is_lvalue_reference_v<T>)
 [[nodiscard]] auto accumulate_into(T&& sink) {
-  return range_closure{[sink = std::move(sink)]<std::ranges::input_range R>(R&& frames) -> T
+  return range_closure{[sink = std::forward<T>(sink)]<std::ranges::input_range R>(R&& frames) -> T
                          requires SinkFor<T, std::ranges::range_reference_t<R>>
                        {
                          T copy = sink;

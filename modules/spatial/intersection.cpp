@@ -366,7 +366,7 @@ class intersection {
   /// take part only if the ball of the others is not inside them.
   ball_in_half_spaces ball_of_near_rows() {
     std::vector<double> sizes(set_.offsets.size());
-    for (std::size_t i = 0; i < sizes.size(); ++i) sizes[i] = std::abs(set_.offsets[i]);
+    for (index_t i = 0; i < set_.offsets.size(); ++i) sizes[i] = std::abs(set_.offsets[i]);
     std::ranges::sort(sizes);
     const double all = sizes.empty() ? 0 : sizes.back();
     const auto least = std::ranges::upper_bound(sizes, 0.0);

@@ -32,8 +32,8 @@ enum class qhull_wish { facets, facets_and_simplices };
 
 /// The convex hull of `count` finite points of `dimension` coordinates, packed, at least 2, which
 /// must not lie in a hyperplane. Facets that are within `merged` of one plane become one; 0 stands
-/// for what Qhull's own rounding asks for. Writes nothing anywhere and never ends the process. Throws
-/// `std::bad_alloc` alone.
+/// for what Qhull's own rounding asks for. Writes nothing anywhere and never ends the process.
+/// Throws `std::bad_alloc` alone.
 qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wish wish,
                        double merged = 0);
 

@@ -172,6 +172,30 @@ Eigen::MatrixXd distances_of(const Eigen::MatrixXd& points) {
   return all;
 }
 
+template <int D>
+Eigen::Transform<double, D, Eigen::Affine> scaling_by_half() {
+  Eigen::Transform<double, D, Eigen::Affine> scaling =
+      Eigen::Transform<double, D, Eigen::Affine>::Identity();
+  scaling.linear() *= 0.5;
+  return scaling;
+}
+
+template <class S, int D>
+void spatial(const std::string& input, const point_matrix<S, D>& points) {
+  const std::string name = space<S, D>(input);
+  const auto hull = convex_hull(points);
+  report(name + "convex_hull", hash{} << hull.indices() << hull.normals().matrix() << hull.offsets()
+                                      << hull.volume() << hull.area());
+  report(name + "contains_each", hash{} << hull.contains_each(points, -0.1));
+  const auto again = intersect_half_spaces(hull.normals(), hull.offsets());
+  report(name + "intersect_half_spaces", hash{} << again.vertices().matrix() << again.volume());
+  const auto inner = transform_polytope(hull, scaling_by_half<D>());
+  const space_region shell = hull - inner;
+  report(name + "space_region", hash{} << shell.volume() << shell.contains_each(points));
+  const auto ball = minimum_enclosing_ball(points);
+  report(name + "minimum_enclosing_ball", hash{} << ball->center << ball->radius);
+}
+
 void embedding() {
   const auto points = still_life<double, 3>(700, 3, 5);
   // Of few points all eigenpairs are computed, of many the leading ones.
@@ -192,7 +216,10 @@ template <class S, int D>
 void everything(const std::string& input, const point_matrix<S, D>& points, double edge) {
   search_and_geometry<S, D>(input, points, edge);
   clustering<S, D>(input, points, edge);
-  if constexpr (D == 2 || D == 3) registration<S, D>(input, points, edge);
+  if constexpr (D == 2 || D == 3) {
+    registration<S, D>(input, points, edge);
+    spatial<S, D>(input, points);
+  }
 }
 
 }  // namespace

@@ -169,8 +169,10 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
     shape.indices = {0};
     shape.vertices.resize(0, 1);
     shape.normals.resize(0, 0);
+    shape.rays.resize(0, 0);
   } else {
     shape = k == 1 ? segment_of(points) : hull_by_qhull(points, rounding / scale, how);
+    shape.rays.resize(k, 0);
     arrange(shape, true, how.simplicial);
     outside = farthest_outside(shape, points);
     if (outside * scale > std::max(how.tolerance, 1e-9 * size))

@@ -183,7 +183,7 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
   shape.vertices *= scale;
   shape.offsets *= scale;
   within.origin = within.origin * scale + center;
-  polytope_data out = embed(std::move(shape), within, {});
+  polytope_data out = embed(std::move(shape), within);
   out.vertices = columns_of(input, indices);
   out.tolerance = std::max({how.tolerance, rounding, outside * scale, k < d ? flat : 0.0,
                             std::numeric_limits<double>::min()});

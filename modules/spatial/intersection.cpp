@@ -81,7 +81,8 @@ Eigen::VectorXd solve_upper(const Eigen::MatrixXd& l, Eigen::VectorXd b) {
 /// is a centre in all cases.
 round_view rounded(const rows& set, const Eigen::VectorXd& inside, double bound) {
   const index_t d = set.normals.rows();
-  round_view view{.center = inside, .axes = {}};
+  round_view view{.center = inside, .axes = Eigen::MatrixXd(d, d)};
+  Eigen::MatrixXd l;
   for (int step = 0; step < 60; ++step) {
     const Eigen::VectorXd slack = set.offsets - set.normals.transpose() * view.center;
     const Eigen::ArrayXd above = 1 / (bound - (view.center - inside).array());
@@ -92,14 +93,13 @@ round_view rounded(const rows& set, const Eigen::VectorXd& inside, double bound)
     scaled.middleRows(slack.size(), d) = above.matrix().asDiagonal();
     scaled.bottomRows(d) = (-below).matrix().asDiagonal();
     const Eigen::VectorXd gradient = scaled.colwise().sum().transpose();
-    const Eigen::MatrixXd l = triangle_of(std::move(scaled));
+    l = triangle_of(std::move(scaled));
     const Eigen::VectorXd half = solve_lower(l, gradient);
     const double decrement = half.norm();
-    view.axes = Eigen::MatrixXd(d, d);
-    for (index_t j = 0; j < d; ++j) view.axes.col(j) = solve_upper(l, Eigen::VectorXd::Unit(d, j));
     if (!(decrement > 0.3)) break;
     view.center -= solve_upper(l, half) / (1 + decrement);
   }
+  for (index_t j = 0; j < d; ++j) view.axes.col(j) = solve_upper(l, Eigen::VectorXd::Unit(d, j));
   return view;
 }
 
@@ -238,6 +238,7 @@ polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double b
   const Eigen::MatrixXd across = span_of(set.normals, 1e-9);
   if (const index_t k = across.cols(); k < d) {
     // Lines: what is across them is the same everywhere along.
+    const Eigen::MatrixXd along = complement_of(across);
     polytope_shape shape;
     if (k == 0) {
       shape.vertices = inside;
@@ -246,13 +247,11 @@ polytope_shape shape_of(const rows& set, const Eigen::VectorXd& inside, double b
     } else {
       const rows less{across.transpose() * set.normals, set.offsets, set.errors};
       shape = shape_of(less, across.transpose() * inside, bound, tolerance);
-      const Eigen::MatrixXd along = complement_of(across);
       const Eigen::VectorXd place = along * (along.transpose() * inside);
       shape.vertices = Eigen::MatrixXd{(across * shape.vertices).colwise() + place};
       shape.rays = Eigen::MatrixXd{across * shape.rays};
       shape.normals = Eigen::MatrixXd{across * shape.normals};
     }
-    const Eigen::MatrixXd along = complement_of(across);
     const index_t corners = shape.vertices.cols(), rays = shape.rays.cols();
     shape.rays.conservativeResize(d, rays + 2 * along.cols());
     shape.rays.rightCols(2 * along.cols()) << along, -along;
@@ -380,8 +379,8 @@ class intersection {
           size = std::max(size, std::abs(set_.offsets[i]));
         }
       // Where all half-spaces meet in the centre, offsets say nothing of the size.
-      const double usual = scale_ > 0 ? 1e-6 * scale_ : 1;
-      bound_ = 4 * (scale_ > 0 || size == 0 ? std::max(size, usual) : size);
+      const double least_size = size > 0 || scale_ > 0 ? 1e-6 * scale_ : 1;
+      bound_ = 4 * std::max(size, least_size);
       const rows some = takes_all ? set_ : some_of(set_, near);
       auto ball = ball_anywhere(some.normals, some.offsets, bound_, 0);
       if (takes_all) return ball;
@@ -457,7 +456,7 @@ class intersection {
         throw std::runtime_error{"intersect_half_spaces: the result does not hold within " +
                                  in_digits(allowed) + ". A larger tolerance may help"};
     }
-    polytope_data out = embed(std::move(shape), within_, {});
+    polytope_data out = embed(std::move(shape), within_);
     out.tolerance = allowed;
     return std::make_shared<const polytope_data>(std::move(out));
   }

@@ -313,7 +313,7 @@ double factorial(index_t n) {
 
 /// Volume, area and centroid, from cones over the simplices of the boundary.
 template <int D>
-void measure(const polytope_shape& shape, polytope_data& out, Eigen::VectorXd& centroid) {
+void measure(const polytope_shape& shape, polytope_data& out) {
   const index_t d = shape.vertices.rows();
   const point_vector<double, D> middle = shape.vertices.rowwise().mean();
   // In units of about its size, so that products of huge or tiny numbers stay in range.
@@ -347,8 +347,8 @@ void measure(const polytope_shape& shape, polytope_data& out, Eigen::VectorXd& c
   };
   out.measure = scaled(volume, d);
   out.area = scaled(area, d - 1);
-  centroid = middle;
-  if (volume > 0) centroid += moment / (volume * double(d + 1)) * unit;
+  out.centroid = middle;
+  if (volume > 0) out.centroid += moment / (volume * double(d + 1)) * unit;
 }
 
 }  // namespace
@@ -394,7 +394,8 @@ void arrange(polytope_shape& shape, bool refit, bool simplicial) {
 }
 
 /// The polytope in all of space.
-polytope_data embed(polytope_shape shape, const affine_subspace& within, polytope_data out) {
+polytope_data embed(polytope_shape shape, const affine_subspace& within) {
+  polytope_data out;
   const index_t d = within.basis.rows(), k = within.basis.cols();
   out.dimension = d;
   out.affine_dimension = k;
@@ -406,9 +407,9 @@ polytope_data embed(polytope_shape shape, const affine_subspace& within, polytop
       out.centroid = within.origin;
     } else {
       if (k == 3)
-        measure<3>(shape, out, out.centroid);
+        measure<3>(shape, out);
       else
-        measure<dynamic>(shape, out, out.centroid);
+        measure<dynamic>(shape, out);
       out.centroid = within.origin + within.basis * out.centroid;
     }
   } else {

@@ -18,6 +18,7 @@ module;
 module cilantro.spatial;
 
 import :hull_candidates;
+import :polytope_measures;
 import :polytope_shape;
 
 namespace cilantro {
@@ -141,6 +142,58 @@ polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, double merged,
           std::max(shape.offsets[f], shape.normals.col(f).dot(shape.vertices.col(v)));
   }
   return shape;
+}
+
+/// How far the farthest of some points is outside a bounded shape; 0 if none is.
+///
+/// The facet that a point is farthest outside of, in units of the facet's distance from the middle,
+/// is the vertex of the dual polytope that is farthest in the direction of the point: it is found
+/// from facet to neighbouring facet, uphill. Vertices start at a facet of their own, others where
+/// the last one ended.
+double farthest_outside(const polytope_shape& shape, const Eigen::MatrixXd& points) {
+  const index_t d = points.rows(), count = shape.facets.size();
+  // Where few numbers are compared, all are: facets that are nearly in one plane may have a false
+  // summit between them.
+  if (points.cols() * count <= 250'000)
+    return std::max(0.0,
+                    ((shape.normals.transpose() * points).colwise() - shape.offsets).maxCoeff());
+  const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
+  // Facets as dual points.
+  Eigen::MatrixXd dual = shape.normals;
+  for (index_t f = 0; f < count; ++f) {
+    const double distance = shape.offsets[f] - shape.normals.col(f).dot(middle);
+    if (!(distance > 0)) return std::numeric_limits<double>::infinity();
+    dual.col(f) /= distance;
+  }
+  std::vector<std::int32_t> facet_of(points.cols(), -1);
+  for (index_t f = 0; f < count; ++f)
+    for (const auto v : shape.facets[f]) facet_of[shape.indices[v]] = static_cast<std::int32_t>(f);
+  double farthest = 0;
+  index_t at = 0;
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const double* point = points.col(i).data();
+    const auto height = [&](index_t f) {
+      const double* facet = dual.col(f).data();
+      double sum = 0;
+      for (index_t k = 0; k < d; ++k) sum += facet[k] * (point[k] - middle[k]);
+      return sum;
+    };
+    if (facet_of[i] >= 0) at = facet_of[i];
+    double highest = height(at);
+    for (bool climbs = true; climbs;) {
+      climbs = false;
+      for (const auto n : shape.neighbors[at])
+        if (const double other = height(n); other > highest) {
+          highest = other;
+          at = n;
+          climbs = true;
+          break;
+        }
+    }
+    if (highest > 1)
+      farthest = std::max(farthest, shape.normals.col(at).dot(points.col(i)) - shape.offsets[at]);
+  }
+  return farthest;
 }
 
 /// The hull of finite points, one per column; `flat` is how thin it may be and count as flat.

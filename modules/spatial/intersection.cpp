@@ -20,6 +20,7 @@ module cilantro.spatial;
 
 import :half_space_tests;
 import :linear_program;
+import :polytope_measures;
 import :polytope_shape;
 
 namespace cilantro {
@@ -435,17 +436,10 @@ class intersection {
   std::shared_ptr<const polytope_data> finish(polytope_shape shape) {
     arrange(shape, false, false);
     if (shape.rays.cols() == 0 && shape.vertices.rows() > 3) {
-      // Its boundary as simplices.
-      Eigen::MatrixXd corners = shape.vertices.colwise() - shape.vertices.rowwise().mean().eval();
-      corners /= corners.cwiseAbs().maxCoeff();
-      if (!corners.allFinite() || span_of(corners, 1e-14).cols() < corners.rows())
-        throw std::runtime_error{too_different};
-      const auto hull = detail::run_qhull(corners.data(), static_cast<int>(corners.cols()),
-                                          static_cast<int>(corners.rows()),
-                                          detail::qhull_wish::facets_and_simplices);
-      if (!hull.error.empty())
-        throw std::runtime_error{"intersect_half_spaces: Qhull failed: " + hull.error};
-      shape.simplices.assign(hull.simplices.begin(), hull.simplices.end());
+      auto boundary = simplices_of_boundary(shape.vertices);
+      if (!boundary.error.empty())
+        throw std::runtime_error{"intersect_half_spaces: " + boundary.error};
+      shape.simplices = std::move(boundary.simplices);
     }
     const double size = shape.vertices.size() == 0 ? 0 : shape.vertices.cwiseAbs().maxCoeff();
     double allowed =

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What is common to hulls of points and to intersections of half-spaces: facets in canonical order,
-// rings, neighbours, measures, and the way from a subspace back into all of space.
+// What is common to hulls of points and to intersections of half-spaces: subspaces, and facets in
+// canonical order, with rings and neighbours.
 module;
 #include <algorithm>
 #include <cmath>
@@ -82,24 +82,6 @@ Eigen::MatrixXd complement_of(const Eigen::MatrixXd& basis) {
 }
 
 namespace {
-
-/// The determinant of a small matrix, by elimination with partial pivoting.
-double determinant_of(Eigen::MatrixXd m) {
-  double product = 1;
-  for (index_t k = 0; k < m.rows(); ++k) {
-    index_t pivot = k;
-    m.col(k).tail(m.rows() - k).cwiseAbs().maxCoeff(&pivot);
-    pivot += k;
-    if (m(pivot, k) == 0) return 0;
-    if (pivot != k) {
-      m.row(k).swap(m.row(pivot));
-      product = -product;
-    }
-    product *= m(k, k);
-    for (index_t i = k + 1; i < m.rows(); ++i) m.row(i) -= m(i, k) / m(k, k) * m.row(k);
-  }
-  return product;
-}
 
 /// Orders the vertices of a facet in three dimensions counterclockwise, as seen from outside, the
 /// smallest first. They are in ascending order before.
@@ -307,50 +289,6 @@ void refit_planes(polytope_shape& shape) {
   }
 }
 
-double factorial(index_t n) {
-  return n < 2 ? 1 : double(n) * factorial(n - 1);
-}
-
-/// Volume, area and centroid, from cones over the simplices of the boundary.
-template <int D>
-void measure(const polytope_shape& shape, polytope_data& out) {
-  const index_t d = shape.vertices.rows();
-  const point_vector<double, D> middle = shape.vertices.rowwise().mean();
-  // In units of about its size, so that products of huge or tiny numbers stay in range.
-  const double size = (shape.vertices.colwise() - Eigen::VectorXd{middle}).cwiseAbs().maxCoeff();
-  int exponent = 0;
-  std::frexp(size, &exponent);
-  const double unit = size > 0 ? std::ldexp(1.0, exponent) : 1;
-  point_vector<double, D> moment = 0 * middle;
-  Eigen::Matrix<double, D, D> arms(d, d);
-  double volume = 0, area = 0;
-  for (std::size_t s = 0; s < shape.simplices.size(); s += d) {
-    for (index_t k = 0; k < d; ++k)
-      arms.col(k) = (shape.vertices.col(shape.simplices[s + k]) - middle) / unit;
-    double cone = 0, base = 0;
-    if constexpr (D == 3) {
-      const Eigen::Vector3d a = arms.col(1) - arms.col(0), b = arms.col(2) - arms.col(0);
-      const Eigen::Vector3d across = a.cross(b);
-      cone = std::abs(across.dot(arms.col(0)));
-      base = across.norm();
-    } else {
-      cone = std::abs(determinant_of(arms));
-      const Eigen::MatrixXd edges = arms.rightCols(d - 1).colwise() - arms.col(0);
-      base = std::sqrt(std::max(0.0, determinant_of(edges.transpose() * edges)));
-    }
-    volume += cone;
-    area += base;
-    moment += cone * arms.rowwise().sum();
-  }
-  const auto scaled = [&](double sum, index_t power) {
-    return sum > 0 ? sum / factorial(power) * std::pow(unit, double(power)) : 0;
-  };
-  out.measure = scaled(volume, d);
-  out.area = scaled(area, d - 1);
-  out.centroid = middle;
-  if (volume > 0) out.centroid += moment / (volume * double(d + 1)) * unit;
-}
-
 }  // namespace
 
 /// Brings facets into their canonical order and form. In three dimensions and bounded, each becomes
@@ -391,112 +329,6 @@ void arrange(polytope_shape& shape, bool refit, bool simplicial) {
     find_neighbors_of_simplices(shape);
   else
     find_neighbors_at_corners(shape);
-}
-
-/// The polytope in all of space.
-polytope_data embed(polytope_shape shape, const affine_subspace& within) {
-  polytope_data out;
-  const index_t d = within.basis.rows(), k = within.basis.cols();
-  out.dimension = d;
-  out.affine_dimension = k;
-  out.bounded = shape.rays.cols() == 0;
-  const bool everywhere = k == d;
-  if (out.bounded) {
-    if (k == 0) {
-      out.measure = 1;
-      out.centroid = within.origin;
-    } else {
-      if (k == 3)
-        measure<3>(shape, out);
-      else
-        measure<dynamic>(shape, out);
-      out.centroid = within.origin + within.basis * out.centroid;
-    }
-  } else {
-    out.measure = out.area = std::numeric_limits<double>::infinity();
-  }
-  const Eigen::MatrixXd across = everywhere ? Eigen::MatrixXd(d, 0) : complement_of(within.basis);
-  const index_t facets = shape.facets.size(), flat = across.cols();
-  out.vertices = (within.basis * shape.vertices).colwise() + within.origin;
-  out.rays = within.basis * shape.rays;
-  out.normals.resize(d, facets + 2 * flat);
-  out.offsets.resize(facets + 2 * flat);
-  out.normals.leftCols(facets) = within.basis * shape.normals;
-  out.offsets.head(facets) = shape.offsets;
-  for (index_t f = 0; f < facets; ++f) out.offsets[f] += out.normals.col(f).dot(within.origin);
-  for (index_t j = 0; j < flat; ++j) {
-    const double place = across.col(j).dot(within.origin);
-    out.normals.col(facets + 2 * j) = across.col(j);
-    out.offsets[facets + 2 * j] = place;
-    out.normals.col(facets + 2 * j + 1) = -across.col(j);
-    out.offsets[facets + 2 * j + 1] = -place;
-  }
-  out.indices = std::move(shape.indices);
-  out.facets = std::move(shape.facets);
-  out.neighbors = std::move(shape.neighbors);
-  out.simplices = std::move(shape.simplices);
-  return out;
-}
-
-/// How far the farthest of some points is outside a bounded shape; 0 if none is.
-///
-/// The facet that a point is farthest outside of, in units of the facet's distance from the middle,
-/// is the vertex of the dual polytope that is farthest in the direction of the point: it is found
-/// from facet to neighbouring facet, uphill. Vertices start at a facet of their own, others where
-/// the last one ended.
-double farthest_outside(const polytope_shape& shape, const Eigen::MatrixXd& points) {
-  const index_t d = points.rows(), count = shape.facets.size();
-  // Where few numbers are compared, all are: facets that are nearly in one plane may have a false
-  // summit between them.
-  if (points.cols() * count <= 250'000)
-    return std::max(0.0,
-                    ((shape.normals.transpose() * points).colwise() - shape.offsets).maxCoeff());
-  const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
-  // Facets as dual points.
-  Eigen::MatrixXd dual = shape.normals;
-  for (index_t f = 0; f < count; ++f) {
-    const double distance = shape.offsets[f] - shape.normals.col(f).dot(middle);
-    if (!(distance > 0)) return std::numeric_limits<double>::infinity();
-    dual.col(f) /= distance;
-  }
-  std::vector<std::int32_t> facet_of(points.cols(), -1);
-  for (index_t f = 0; f < count; ++f)
-    for (const auto v : shape.facets[f]) facet_of[shape.indices[v]] = static_cast<std::int32_t>(f);
-  double farthest = 0;
-  index_t at = 0;
-  for (index_t i = 0; i < points.cols(); ++i) {
-    const double* point = points.col(i).data();
-    const auto height = [&](index_t f) {
-      const double* facet = dual.col(f).data();
-      double sum = 0;
-      for (index_t k = 0; k < d; ++k) sum += facet[k] * (point[k] - middle[k]);
-      return sum;
-    };
-    if (facet_of[i] >= 0) at = facet_of[i];
-    double highest = height(at);
-    for (bool climbs = true; climbs;) {
-      climbs = false;
-      for (const auto n : shape.neighbors[at])
-        if (const double other = height(n); other > highest) {
-          highest = other;
-          at = n;
-          climbs = true;
-          break;
-        }
-    }
-    if (highest > 1)
-      farthest = std::max(farthest, shape.normals.col(at).dot(points.col(i)) - shape.offsets[at]);
-  }
-  return farthest;
-}
-
-/// Moves the polytope.
-void translate(polytope_data& moved, const Eigen::VectorXd& by) {
-  if (by.size() == 0 || by.isZero(0)) return;
-  moved.vertices.colwise() += by;
-  moved.offsets += moved.normals.transpose() * by;
-  if (moved.centroid.size() > 0) moved.centroid += by;
-  moved.tolerance += 64 * std::numeric_limits<double>::epsilon() * by.cwiseAbs().maxCoeff();
 }
 
 }  // namespace cilantro

@@ -12,126 +12,68 @@ module;
 #include <vector>
 module cilantro.spatial;
 
+import :cell;
 import :half_space_tests;
-import :linear_program;
-import :polytope_shape;
 
 namespace cilantro {
 namespace {
-
-using piece = std::shared_ptr<const polytope_data>;
-
-bool is_solid(const polytope_data& p) {
-  return p.affine_dimension == p.dimension && p.dimension > 0;
-}
-
-/// A point about which the numbers of a piece are small, and how large they are.
-struct surroundings {
-  Eigen::VectorXd middle;
-  double size;
-};
-surroundings surroundings_of(const polytope_data& p) {
-  const Eigen::VectorXd middle = p.vertices.rowwise().mean();
-  double size = (p.vertices.colwise() - middle).cwiseAbs().maxCoeff();
-  if (!p.bounded && p.offsets.size() > 0)
-    size = std::max(size, (p.offsets - p.normals.transpose() * middle).cwiseAbs().maxCoeff());
-  return {middle, size > 0 ? size : 1};
-}
-
-/// Some half-spaces that are added to and taken from.
-class half_space_stack {
- public:
-  half_space_stack(const polytope_data& first, index_t more)
-      : around_{surroundings_of(first)},
-        count_{first.normals.cols()},
-        normals_(first.dimension, count_ + more),
-        offsets_(count_ + more) {
-    normals_.leftCols(count_) = first.normals;
-    offsets_.head(count_) = first.offsets;
-  }
-  void push(const Eigen::VectorXd& normal, double offset) {
-    normals_.col(count_) = normal;
-    offsets_[count_++] = offset;
-  }
-  void pop() { --count_; }
-
-  /// Whether a ball of this radius has room.
-  [[nodiscard]] bool has_inside(double radius, double further) const {
-    const Eigen::MatrixXd normals = normals_.leftCols(count_);
-    const Eigen::VectorXd offsets = offsets_.head(count_) - normals.transpose() * around_.middle;
-    return ball_anywhere(normals, offsets, 4 * (around_.size + further), radius).radius > radius;
-  }
-  [[nodiscard]] piece polytope(double tolerance) const {
-    return make_intersection(normals_.leftCols(count_), offsets_.head(count_), tolerance);
-  }
-  [[nodiscard]] const Eigen::VectorXd& middle() const { return around_.middle; }
-
- private:
-  surroundings around_;
-  index_t count_;
-  Eigen::MatrixXd normals_;
-  Eigen::VectorXd offsets_;
-};
 
 double tolerance_of(const polytope_data& a, const polytope_data& b) {
   return std::max(a.tolerance, b.tolerance);
 }
 
-/// The facets of `cutter` that have some of `cut` on their outer side; nothing if one has all of it
-/// there, so that the two do not meet.
-struct cutting_facets {
-  bool are_apart = false;
-  std::vector<index_t> facets;
-};
-cutting_facets facets_across(const polytope_data& cut, const polytope_data& cutter) {
-  const double tolerance = tolerance_of(cut, cutter);
-  cutting_facets found;
-  for (index_t f = 0; f < cutter.normals.cols(); ++f) {
-    const auto normal = cutter.normals.col(f).transpose();
-    const Eigen::RowVectorXd places = normal * cut.vertices;
-    double least = places.minCoeff(), most = places.maxCoeff();
-    for (index_t r = 0; r < cut.rays.cols(); ++r) {
-      const double slope = normal.dot(cut.rays.col(r));
-      if (slope > 1e-12) most = std::numeric_limits<double>::infinity();
-      if (slope < -1e-12) least = -std::numeric_limits<double>::infinity();
-    }
-    if (least >= cutter.offsets[f] - tolerance) return {.are_apart = true, .facets = {}};
-    if (most > cutter.offsets[f] + tolerance) found.facets.push_back(f);
-  }
-  return found;
+/// Whether some axis shows that two polytopes do not meet.
+bool boxes_are_apart(const polytope_data& a, const polytope_data& b, double tolerance) {
+  if (!a.bounded || !b.bounded) return false;
+  for (index_t d = 0; d < a.dimension; ++d)
+    if (a.vertices.row(d).minCoeff() >= b.vertices.row(d).maxCoeff() - tolerance ||
+        b.vertices.row(d).minCoeff() >= a.vertices.row(d).maxCoeff() - tolerance)
+      return true;
+  return false;
 }
 
-/// What is left of `cut` without `cutter`, in pieces: for each facet that is across, what is on its
-/// outer side and on the inner side of those before.
-void subtract(const piece& cut, const polytope_data& cutter, polytope_pieces& left) {
-  const auto across = facets_across(*cut, cutter);
-  if (across.are_apart) {
-    left.push_back(cut);
-    return;
+/// A part of a polytope that is being cut, and the tolerance that it has from all cuts.
+struct part {
+  cell shape;
+  double tolerance;
+};
+
+/// Cuts off what is outside of `cutter`, in pieces: for each facet that is across, what is on its
+/// outer side and on the inner side of those before. Returns what is inside, if anything is.
+std::optional<part> cut_off(const part& cut, const polytope_data& cutter,
+                            std::vector<part>* outside) {
+  const double tolerance = std::max(cut.tolerance, cutter.tolerance);
+  std::vector<index_t> across;
+  for (index_t f = 0; f < cutter.normals.cols(); ++f) {
+    const auto [least, most] = cut.shape.beside(cutter.normals.col(f).data(), cutter.offsets[f]);
+    if (least >= -tolerance) return {};
+    if (most > tolerance) across.push_back(f);
   }
-  const double tolerance = tolerance_of(*cut, cutter);
-  half_space_stack stack{*cut, std::ssize(across.facets)};
-  double further = 0;
-  for (const auto f : across.facets) {
-    stack.push(cutter.normals.col(f), cutter.offsets[f]);
-    if (!cut->bounded)
-      further = std::max(further,
-                         std::abs(cutter.offsets[f] - cutter.normals.col(f).dot(stack.middle())));
+  std::optional<cell> inside = cut.shape;
+  for (const auto f : across) {
+    if (!inside) return {};
+    auto halves =
+        std::move(*inside).split(cutter.normals.col(f).data(), cutter.offsets[f], tolerance);
+    if (outside && halves.outer) outside->push_back({std::move(*halves.outer), tolerance});
+    inside = std::move(halves.inner);
   }
-  if (!across.facets.empty() && !stack.has_inside(tolerance, further)) {
-    left.push_back(cut);
-    return;
-  }
-  for (std::size_t k = 0; k < across.facets.size(); ++k) stack.pop();
-  for (const auto f : across.facets) {
-    stack.push(-cutter.normals.col(f), -cutter.offsets[f]);
-    const bool is_cut = stack.has_inside(tolerance, further);
-    if (is_cut)
-      if (auto outer = stack.polytope(tolerance); is_solid(*outer))
-        left.push_back(std::move(outer));
-    stack.pop();
-    if (is_cut) stack.push(cutter.normals.col(f), cutter.offsets[f]);
-  }
+  if (!inside) return {};
+  return part{std::move(*inside), tolerance};
+}
+
+void subtract(const part& cut, const polytope_data& cutter, std::vector<part>& left) {
+  const auto before = std::ssize(left);
+  if (cut_off(cut, cutter, &left)) return;
+  // The two do not meet: what it would be cut into is the whole.
+  left.erase(left.begin() + before, left.end());
+  left.push_back(cut);
+}
+
+polytope_pieces as_pieces(const std::vector<part>& parts) {
+  polytope_pieces pieces;
+  for (const auto& p : parts)
+    if (auto made = p.shape.polytope(p.tolerance)) pieces.push_back(std::move(made));
+  return pieces;
 }
 
 }  // namespace
@@ -142,13 +84,18 @@ polytope_pieces solid_pieces(polytope_pieces pieces) {
 }
 
 polytope_pieces difference_of(const polytope_pieces& a, const polytope_pieces& b) {
-  polytope_pieces left = a;
-  for (const auto& cutter : b) {
-    polytope_pieces next;
-    for (const auto& cut : left) subtract(cut, *cutter, next);
-    left = std::move(next);
+  polytope_pieces all;
+  for (const auto& whole : a) {
+    std::vector<part> left{{cell{whole}, whole->tolerance}};
+    for (const auto& cutter : b) {
+      if (boxes_are_apart(*whole, *cutter, tolerance_of(*whole, *cutter))) continue;
+      std::vector<part> next;
+      for (const auto& cut : left) subtract(cut, *cutter, next);
+      left = std::move(next);
+    }
+    std::ranges::move(as_pieces(left), std::back_inserter(all));
   }
-  return left;
+  return all;
 }
 
 polytope_pieces union_of(const polytope_pieces& a, const polytope_pieces& b) {
@@ -161,16 +108,9 @@ polytope_pieces intersection_of(const polytope_pieces& a, const polytope_pieces&
   polytope_pieces common;
   for (const auto& p : a) {
     for (const auto& q : b) {
-      const auto across = facets_across(*p, *q);
-      if (across.are_apart) continue;
-      if (across.facets.empty()) {
-        common.push_back(p);
-        continue;
-      }
-      half_space_stack stack{*p, std::ssize(across.facets)};
-      for (const auto f : across.facets) stack.push(q->normals.col(f), q->offsets[f]);
-      if (auto both = stack.polytope(tolerance_of(*p, *q)); is_solid(*both))
-        common.push_back(std::move(both));
+      if (boxes_are_apart(*p, *q, tolerance_of(*p, *q))) continue;
+      if (const auto both = cut_off({cell{p}, p->tolerance}, *q, nullptr))
+        if (auto made = both->shape.polytope(both->tolerance)) common.push_back(std::move(made));
     }
   }
   return common;

@@ -9,38 +9,20 @@ module;
 #include <vector>
 module cilantro.spatial;
 
+import :flat_view;
+
 namespace cilantro {
 
 flat_hull make_flat_hull(const Eigen::Matrix3Xd& points, const index_list& indices,
                          index_t non_finite, const flat_hull_options& options) {
-  expects(options.tolerance > 0 && std::isfinite(options.tolerance),
-          "flat_convex_hull: the tolerance must be positive");
-  const char* no_plane = "flat_convex_hull: the points do not determine a plane";
-  expects(points.cols() >= 3, no_plane);
-  const Eigen::Vector3d middle = points.rowwise().mean();
-  const Eigen::Matrix3Xd arms = points.colwise() - middle;
-  const auto spread = decompose_symmetric<3>(arms * arms.transpose());
-  expects(spread.values[1] > 1e-12 * spread.values[2], no_plane);
-
-  flat_hull found{.non_finite = non_finite};
-  found.normal = spread.vectors.col(0);
-  Eigen::Index largest = 0;
-  found.normal.cwiseAbs().maxCoeff(&largest);
-  if (found.normal[largest] < 0) found.normal = -found.normal;
-  const Eigen::Vector3d u = spread.vectors.col(2), v = found.normal.cross(u);
-  const Eigen::RowVectorXd heights = found.normal.transpose() * arms;
-  const double farthest = heights.cwiseAbs().maxCoeff();
-  expects(farthest <= options.tolerance,
-          "flat_convex_hull: a point is " + in_digits(farthest) +
-              " away from the plane that fits best, more than the tolerance");
-  found.offset = found.normal.dot(middle);
-  found.thickness = heights.maxCoeff() - heights.minCoeff();
-
-  Eigen::Matrix2Xd flat(2, arms.cols());
-  flat << u.transpose() * arms, v.transpose() * arms;
-  const auto hull = convex_hull(flat);
-  expects(hull.affine_dimension() == 2, no_plane);
-  found.area = hull.volume();
+  const auto view = flattened(points, options.tolerance, "flat_convex_hull");
+  const auto hull = convex_hull(view.places);
+  expects(hull.affine_dimension() == 2, "flat_convex_hull: the points do not determine a plane");
+  flat_hull found{.normal = view.normal,
+                  .offset = view.normal.dot(view.middle),
+                  .area = hull.volume(),
+                  .thickness = view.thickness,
+                  .non_finite = non_finite};
   // From corner to corner along the facets, which are edges.
   const auto corners = hull.vertices();
   std::vector<std::int32_t> ring(corners.size());
@@ -52,7 +34,8 @@ flat_hull make_flat_hull(const Eigen::Matrix3Xd& points, const index_list& indic
   std::ranges::rotate(ring, std::ranges::min_element(ring));
   found.polygon.resize(3, corners.size());
   for (index_t k = 0; k < corners.size(); ++k) {
-    found.polygon.col(k) = middle + u * corners[ring[k]][0] + v * corners[ring[k]][1];
+    found.polygon.col(k) =
+        view.middle + view.u * corners[ring[k]][0] + view.v * corners[ring[k]][1];
     found.indices.push_back(indices[hull.indices()[ring[k]]]);
   }
   return found;

@@ -9,5 +9,8 @@ export import :polytope_data;
 export import :convex_polytope;
 export import :space_region;
 export import :flat_hull;
+export import :delaunay;
+export import :concave_hull;
+export import :oriented_box;
 export import :enclosing_ball;
 export import :contract;

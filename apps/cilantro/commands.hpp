@@ -14,3 +14,4 @@ void add_align(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_plane(CLI::App& app);
 void add_hull(CLI::App& app);
+void add_crop(CLI::App& app);

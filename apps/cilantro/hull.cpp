@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -37,6 +39,23 @@ const char* name_of(polytope_status status) {
   }
 }
 
+/// A flat hull as triangles: its edges form one ring.
+index_list fan_of(const convex_polytope<3>& polygon) {
+  index_list ring{0}, triangles;
+  std::vector<index_list> beside(polygon.vertices().size());
+  for (const auto& edge : polygon.facets()) {
+    beside[edge.vertices[0]].push_back(edge.vertices[1]);
+    beside[edge.vertices[1]].push_back(edge.vertices[0]);
+  }
+  while (std::ssize(ring) < std::ssize(beside)) {
+    const auto& ways = beside[ring.back()];
+    ring.push_back(ring.size() > 1 && ways[0] == ring[ring.size() - 2] ? ways[1] : ways[0]);
+  }
+  for (std::size_t k = 2; k < ring.size(); ++k)
+    triangles.insert(triangles.end(), {ring[0], ring[k - 1], ring[k]});
+  return triangles;
+}
+
 template <class S>
 void run(const hull_settings& settings, const point_cloud<S, 3>& cloud) {
   const auto hull =
@@ -54,7 +73,16 @@ void run(const hull_settings& settings, const point_cloud<S, 3>& cloud) {
   else
     for (const auto& [key, value] : description.items())
       std::cout << key << ": " << value.dump() << '\n';
-  if (!settings.output.empty()) write_cloud(select(cloud, hull.indices()), settings.output);
+  if (settings.output.empty()) return;
+  const auto corners = select(cloud, hull.indices());
+  const std::filesystem::path output = settings.output;
+  if (output.extension() != ".ply") return write_cloud(corners, output);
+  index_list triangles;
+  if (hull.affine_dimension() == 3)
+    triangles.assign(hull.simplices().begin(), hull.simplices().end());
+  else if (hull.affine_dimension() == 2)
+    triangles = fan_of(hull);
+  write_ply(corners, output, {.triangles = std::move(triangles)});
 }
 
 }  // namespace
@@ -64,7 +92,7 @@ void add_hull(CLI::App& app) {
   auto* command = app.add_subcommand("hull", "Measures the convex hull of a cloud");
   command->add_option("FILE", settings->input, "A cloud or a depth image")->required();
   command->add_option("-o,--output", settings->output,
-                      "Where to write the points that are corners");
+                      "Where to write the points that are corners; as .ply with the faces");
   command
       ->add_option("--tolerance", settings->tolerance,
                    "Points that are this near to a plane count as flat; 0: as rounding asks for")

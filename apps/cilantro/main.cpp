@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|segment|plane: point clouds on the command line.
+// cilantro info|convert|run|align|segment|plane|hull|crop: point clouds on the command line.
 // Ends with 0, with 1 if something failed, and with 2 if the command line makes no sense.
 #include <CLI/CLI.hpp>
 #include <exception>
@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   add_segment(app);
   add_plane(app);
   add_hull(app);
+  add_crop(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

@@ -115,6 +115,21 @@ assert found == {"status": "flat", "vertices": 4, "facets": 4, "area": 76.0, "vo
                  "centroid": [9.5, 9.5, 0.0], "left_out": 0}, found'
 [ "$(grep -vc '^#' corners.xyz)" = 4 ] || fail 'a square has four corners'
 expect 0 'status: "bounded"' "$cilantro" hull scan.ply
+expect 0 'status: "flat"' "$cilantro" hull plane.xyz -o corners.ply
+grep -qa 'element face 2' corners.ply || fail 'a square has two triangles'
+expect 0 'points: 4' "$cilantro" info corners.ply
+
+# Crops.
+expect 0 '25 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --box 0,0,-1,4,4,1
+expect 0 '375 of 400 points' "$cilantro" crop plane.xyz -o rest.xyz --box 0,0,-1,4,4,1 --outside
+expect 0 '5 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --ball 10,10,0,1 --box 0,0,-1,19,19,1
+expect 0 '4 of 400 points' "$cilantro" crop plane.xyz -o one.xyz --box 3,3,0,4,4,0
+expect 0 '4 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --hull one.xyz
+expect 0 '4 of 4 points' "$cilantro" crop one.xyz -o part.xyz --hull plane.xyz --margin 0.1
+expect 1 'lower must be at most upper' "$cilantro" crop plane.xyz -o part.xyz --box 1,0,0,0,1,1
+expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz
+expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz --box 1,2,3
+expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz --box 0,0,0,1,1,1 --margin 1
 expect 2 'try --help' "$cilantro" hull plane.xyz --tolerance -1
 
 expect 1 'missing.ply: cannot be read' "$cilantro" info missing.ply

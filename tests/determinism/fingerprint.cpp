@@ -194,6 +194,10 @@ void spatial(const std::string& input, const point_matrix<S, D>& points) {
   report(name + "space_region", hash{} << shell.volume() << shell.contains_each(points));
   const auto ball = minimum_enclosing_ball(points);
   report(name + "minimum_enclosing_ball", hash{} << ball->center << ball->radius);
+  const auto around = minimum_volume_box(points);
+  report(name + "minimum_volume_box", hash{} << around->center << around->half_extents);
+  const auto mesh = delaunay_triangulation(points);
+  report(name + "delaunay_triangulation", hash{} << mesh.simplices << mesh.neighbors);
 }
 
 void embedding() {

@@ -71,10 +71,10 @@ TEST_CASE("a regular tetrahedron fits into the cube of whose faces its edges are
   CHECK(minimum_volume_box(corners)->volume() == doctest::Approx(1).epsilon(1e-9));
 }
 
-TEST_CASE("no box in any of 100,000 directions is smaller") {
+TEST_CASE("no box in any of 20,000 directions is smaller") {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const Eigen::Matrix3Xd points = test::random_points<test::d3>(12, seed);
-    CHECK(minimum_volume_box(points)->volume() <= volume_by_trying(points, 100'000));
+    CHECK(minimum_volume_box(points)->volume() <= volume_by_trying(points, 20'000));
   }
 }
 

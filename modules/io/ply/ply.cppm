@@ -16,6 +16,9 @@ export struct ply_write_options {
   ply_format format = ply_format::binary_little_endian;
   /// Whether colours are written as float; otherwise, they are rounded to 8 bits.
   bool float_colors = false;
+  /// Triangles to write as faces: indices of points, three after another, such as the `simplices()`
+  /// of a hull.
+  index_list triangles = {};
   task_monitor monitor = {};
 };
 
@@ -50,8 +53,8 @@ export template <Scalar S, int D = 3>
 /// The file appears under its name when it is complete, and then replaces an existing file; until
 /// then, and if anything fails, the existing file stays as it was. (A pipe, a device or anything
 /// else that is not a regular file is written to directly.) Throws `io_error`; and `invalid_input`
-/// for mismatched sizes, for attributes whose names would be ambiguous or contain white space, and
-/// for attributes of 64-bit integers.
+/// for mismatched sizes, for attributes whose names would be ambiguous or contain white space, for
+/// attributes of 64-bit integers, and for triangles of points that the cloud does not have.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,

@@ -5,6 +5,7 @@ module;
 #include <bit>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <span>
@@ -40,7 +41,8 @@ std::vector<file_column> ply_columns(const auto& cloud, bool float_colors) {
 }
 
 std::string header_of(const std::vector<file_column>& columns,
-                      const std::vector<std::string>& comments, index_t size, ply_format format) {
+                      const std::vector<std::string>& comments, index_t size, std::size_t triangles,
+                      ply_format format) {
   constexpr std::array formats{"ascii", "binary_little_endian", "binary_big_endian"};
   std::string text =
       std::string{"ply\nformat "} + formats[static_cast<std::size_t>(format)] + " 1.0\n";
@@ -60,7 +62,32 @@ std::string header_of(const std::vector<file_column>& columns,
   for (const file_column& c : columns)
     text += "property " + std::string{ply::number_names[static_cast<std::size_t>(c.type())].first} +
             ' ' + c.name + '\n';
+  if (triangles > 0)
+    text +=
+        "element face " + std::to_string(triangles) + "\nproperty list uchar int vertex_indices\n";
   return text + "end_header\n";
+}
+
+/// Faces as PLY has them: how many corners, and which.
+std::string faces_of(const index_list& triangles, ply_format format) {
+  std::string bytes;
+  for (std::size_t i = 0; i < triangles.size(); i += 3) {
+    if (format == ply_format::ascii) {
+      bytes += '3';
+      for (int k = 0; k < 3; ++k) bytes += ' ' + std::to_string(triangles[i + k]);
+      bytes += '\n';
+      continue;
+    }
+    bytes += '\3';
+    for (int k = 0; k < 3; ++k) {
+      const auto number = static_cast<std::uint32_t>(triangles[i + k]);
+      for (int b = 0; b < 4; ++b) {
+        const int place = format == ply_format::binary_little_endian ? b : 3 - b;
+        bytes += static_cast<char>(number >> (8 * place) & 0xff);
+      }
+    }
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -70,19 +97,26 @@ template <Scalar S, int D>
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
                const ply_write_options& options) {
   expect_consistent(cloud, "write_ply");
+  expects(options.triangles.size() % 3 == 0, "write_ply: triangles must have three corners each");
+  for (const auto i : options.triangles)
+    expects(0 <= i && i < cloud.size(), "write_ply: a triangle has a point that is not there");
   const auto columns = ply_columns(cloud, options.float_colors);
   auto comments = cloud.comments;
   if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
   if (cloud.is_organized()) comments.push_back(size_comment(cloud.width, cloud.height));
-  const auto header = header_of(columns, comments, cloud.size(), options.format);
+  const auto header =
+      header_of(columns, comments, cloud.size(), options.triangles.size() / 3, options.format);
   with_output(path, [&](detail::output_file& file) {
     const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
     put(header);
-    if (options.format == ply_format::ascii)
-      return encode_text(columns, cloud.size(), ' ', options.monitor, put);
-    const bool swap = (options.format == ply_format::binary_big_endian) !=
-                      (std::endian::native == std::endian::big);
-    encode_binary(columns, cloud.size(), swap, options.monitor, put);
+    if (options.format == ply_format::ascii) {
+      encode_text(columns, cloud.size(), ' ', options.monitor, put);
+    } else {
+      const bool swap = (options.format == ply_format::binary_big_endian) !=
+                        (std::endian::native == std::endian::big);
+      encode_binary(columns, cloud.size(), swap, options.monitor, put);
+    }
+    put(faces_of(options.triangles, options.format));
   });
 }
 

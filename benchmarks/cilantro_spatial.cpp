@@ -29,6 +29,22 @@ void hull_of_sphere(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(hull_of_sphere);
 
+void delaunay(benchmark::State& state, const std::vector<float>& xyz, index_t count, int axes) {
+  const Eigen::Map<const Eigen::Matrix3Xf> all(xyz.data(), 3, std::ssize(xyz) / 3);
+  const point_matrix<double, dynamic> points = all.topLeftCorner(axes, count).cast<double>();
+  index_t simplices = 0;
+  for (auto _ : state) simplices = delaunay_triangulation(points).simplices.cols();
+  report_result(state, double(simplices));
+}
+void delaunay_of_square(benchmark::State& state) {
+  delaunay(state, cube_points(), 50'000, 2);
+}
+CILANTRO_BENCHMARK(delaunay_of_square);
+void delaunay_of_cube(benchmark::State& state) {
+  delaunay(state, cube_points(), 10'000, 3);
+}
+CILANTRO_BENCHMARK(delaunay_of_cube);
+
 /// Half-spaces that touch the unit sphere.
 point_matrix<double, 3> tangents(index_t count) {
   const auto& xyz = sphere_points();

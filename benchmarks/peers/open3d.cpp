@@ -3,6 +3,7 @@
 #include <open3d/geometry/Image.h>
 #include <open3d/geometry/KDTreeFlann.h>
 #include <open3d/geometry/PointCloud.h>
+#include <open3d/geometry/TriangleMesh.h>
 #include <open3d/io/PointCloudIO.h>
 #include <open3d/pipelines/registration/Registration.h>
 #include <open3d/pipelines/registration/TransformationEstimation.h>
@@ -278,6 +279,37 @@ void pcd_write(benchmark::State& state) {
   report_result(state, double(cloud.points_.size()));
 }
 CILANTRO_BENCHMARK(pcd_write);
+
+void hull(benchmark::State& state, const std::vector<float>& xyz) {
+  const auto cloud = cloud_of(xyz);
+  double volume = 0;
+  for (auto _ : state) {
+    const auto mesh = std::get<0>(cloud.ComputeConvexHull());
+    state.PauseTiming();
+    // Its own volume first proves that the mesh is closed, which takes a hundred times as long. The
+    // triangles are in no common order.
+    volume = 0;
+    const Eigen::Vector3d inner = mesh->GetCenter();
+    for (const auto& t : mesh->triangles_) {
+      const Eigen::Vector3d a = mesh->vertices_[t[0]] - inner, b = mesh->vertices_[t[1]] - inner;
+      volume += std::abs(a.cross(b).dot(mesh->vertices_[t[2]] - inner)) / 6;
+    }
+    state.ResumeTiming();
+  }
+  report_result(state, volume);
+}
+void hull_of_frame(benchmark::State& state) {
+  hull(state, frame());
+}
+CILANTRO_BENCHMARK(hull_of_frame);
+void hull_of_cube(benchmark::State& state) {
+  hull(state, cube_points());
+}
+CILANTRO_BENCHMARK(hull_of_cube);
+void hull_of_sphere(benchmark::State& state) {
+  hull(state, sphere_points());
+}
+CILANTRO_BENCHMARK(hull_of_sphere);
 
 }  // namespace
 

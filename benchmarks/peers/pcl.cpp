@@ -13,6 +13,7 @@
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/region_growing.h>
 #include <pcl/segmentation/sac_segmentation.h>
+#include <pcl/surface/convex_hull.h>
 
 #include <cmath>
 #include <numeric>
@@ -366,6 +367,34 @@ void pcd_write(benchmark::State& state) {
   report_result(state, double(cloud.size()));
 }
 CILANTRO_BENCHMARK(pcd_write);
+
+void hull(benchmark::State& state, const std::vector<float>& xyz) {
+  const auto cloud = cloud_of(xyz);
+  double volume = 0;
+  for (auto _ : state) {
+    pcl::ConvexHull<pcl::PointXYZ> hull;
+    hull.setInputCloud(cloud);
+    hull.setDimension(3);
+    hull.setComputeAreaVolume(true);
+    cloud_type corners;
+    std::vector<pcl::Vertices> facets;
+    hull.reconstruct(corners, facets);
+    volume = hull.getTotalVolume();
+  }
+  report_result(state, volume);
+}
+void hull_of_frame(benchmark::State& state) {
+  hull(state, frame());
+}
+CILANTRO_BENCHMARK(hull_of_frame);
+void hull_of_cube(benchmark::State& state) {
+  hull(state, cube_points());
+}
+CILANTRO_BENCHMARK(hull_of_cube);
+void hull_of_sphere(benchmark::State& state) {
+  hull(state, sphere_points());
+}
+CILANTRO_BENCHMARK(hull_of_sphere);
 
 }  // namespace
 

@@ -32,7 +32,7 @@ export struct planar_region {
   /// In space the plane normal · x = offset, the largest component of the normal positive; in 2D no
   /// coordinates.
   Eigen::VectorXd normal;
-  double offset = 0;
+  double offset = 0;       ///< Of the plane in space; 0 in 2D.
   double thickness = 0;    ///< How far apart the points are across the plane; 0 in 2D.
   index_t non_finite = 0;  ///< How many of the points were not finite; they are left out.
   /// How many of the others are corners of no triangle: too far from others, or equal to another.

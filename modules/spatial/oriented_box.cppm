@@ -13,7 +13,7 @@ namespace cilantro {
 /// A box in any direction: the points center + axes · y with |y| <= half_extents in each
 /// coordinate. Is a `Region`.
 export struct oriented_box {
-  Eigen::VectorXd center;
+  Eigen::VectorXd center;  ///< In world coordinates.
   /// Orthonormal, one per column, the longest side first; right-handed.
   Eigen::MatrixXd axes;
   Eigen::VectorXd half_extents;  ///< Half the length of each side; 0 where the box is flat.

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <variant>
 #include <vector>
@@ -38,6 +41,12 @@ struct crop_region {
 };
 
 crop_region region_of(const crop_settings& settings) {
+  const auto expect_numbers = [](const std::vector<double>& numbers, const char* of) {
+    if (std::ranges::any_of(numbers, [](double n) { return !std::isfinite(n); }))
+      throw std::runtime_error{std::string{of} + " must be a number"};
+  };
+  expect_numbers({settings.margin}, "the margin");
+  expect_numbers(settings.ball, "what says where the ball is");
   crop_region region{.margin = settings.margin};
   if (const auto& b = settings.box; !b.empty()) {
     region.in_box = box{.lower = {b[0], b[1], b[2]}, .upper = {b[3], b[4], b[5]}};
@@ -48,6 +57,8 @@ crop_region region_of(const crop_settings& settings) {
   if (!settings.hull.empty()) {
     const auto other = read_input(settings.hull, settings.depth, settings.quiet);
     region.in_hull = std::visit([](const auto& cloud) { return convex_hull(cloud); }, other.cloud);
+    if (region.in_hull->empty())
+      throw std::runtime_error{settings.hull + ": no point, and so no hull"};
   }
   return region;
 }

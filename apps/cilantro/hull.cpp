@@ -60,11 +60,17 @@ template <class S>
 void run(const hull_settings& settings, const point_cloud<S, 3>& cloud) {
   const auto hull =
       convex_hull(cloud, {.tolerance = settings.tolerance, .threads = settings.threads});
+  // A polygon's boundary is its perimeter, and a segment's its two ends.
+  const double area = hull.affine_dimension() == 3   ? hull.area()
+                      : hull.affine_dimension() == 2 ? hull.measure()
+                                                     : 0;
   json description{{"status", name_of(hull.status())},
                    {"vertices", hull.vertices().size()},
                    {"facets", hull.facets().size()},
-                   {"area", hull.area()},
+                   {"area", area},
                    {"volume", hull.volume()}};
+  if (hull.affine_dimension() == 2) description["perimeter"] = hull.area();
+  if (hull.affine_dimension() == 1) description["length"] = hull.measure();
   if (const auto center = hull.centroid())
     description["centroid"] = {center->x(), center->y(), center->z()};
   description["left_out"] = hull.non_finite();
@@ -76,7 +82,8 @@ void run(const hull_settings& settings, const point_cloud<S, 3>& cloud) {
   if (settings.output.empty()) return;
   const auto corners = select(cloud, hull.indices());
   const std::filesystem::path output = settings.output;
-  if (output.extension() != ".ply") return write_cloud(corners, output);
+  if (!CLI::detail::to_lower(output.extension().string()).ends_with(".ply"))
+    return write_cloud(corners, output);
   index_list triangles;
   if (hull.affine_dimension() == 3)
     triangles.assign(hull.simplices().begin(), hull.simplices().end());

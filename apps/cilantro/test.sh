@@ -111,8 +111,8 @@ expect 2 'try --help' "$cilantro" segment plane.xyz --knn 0
 "$cilantro" hull plane.xyz -o corners.xyz --json | python3 -c '
 import json, sys
 found = json.load(sys.stdin)
-assert found == {"status": "flat", "vertices": 4, "facets": 4, "area": 76.0, "volume": 0.0,
-                 "centroid": [9.5, 9.5, 0.0], "left_out": 0}, found'
+assert found == {"status": "flat", "vertices": 4, "facets": 4, "area": 361.0, "volume": 0.0,
+                 "perimeter": 76.0, "centroid": [9.5, 9.5, 0.0], "left_out": 0}, found'
 [ "$(grep -vc '^#' corners.xyz)" = 4 ] || fail 'a square has four corners'
 expect 0 'status: "bounded"' "$cilantro" hull scan.ply
 expect 0 'status: "flat"' "$cilantro" hull plane.xyz -o corners.ply
@@ -127,6 +127,10 @@ expect 0 '4 of 400 points' "$cilantro" crop plane.xyz -o one.xyz --box 3,3,0,4,4
 expect 0 '4 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --hull one.xyz
 expect 0 '4 of 4 points' "$cilantro" crop one.xyz -o part.xyz --hull plane.xyz --margin 0.1
 expect 1 'lower must be at most upper' "$cilantro" crop plane.xyz -o part.xyz --box 1,0,0,0,1,1
+expect 1 'must be a number' "$cilantro" crop plane.xyz -o part.xyz --ball nan,0,0,1
+expect 1 'must be a number' "$cilantro" crop plane.xyz -o part.xyz --hull one.xyz --margin nan
+sed 's/.*/nan nan nan/' one.xyz > none.xyz
+expect 1 'no point' "$cilantro" crop plane.xyz -o part.xyz --hull none.xyz
 expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz
 expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz --box 1,2,3
 expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz --box 0,0,0,1,1,1 --margin 1

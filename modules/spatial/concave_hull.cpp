@@ -17,11 +17,12 @@ namespace {
 
 using table = Eigen::Matrix<std::int32_t, dynamic, dynamic>;
 
-/// Of the circle through the corners.
+/// Of the circle through the corners; in units of their distance, so that products are in range.
 double circumradius(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-  const Eigen::Vector2d ab = b - a, ac = c - a;
+  const double unit = std::max((b - a).cwiseAbs().maxCoeff(), (c - a).cwiseAbs().maxCoeff());
+  const Eigen::Vector2d ab = (b - a) / unit, ac = (c - a) / unit;
   const double doubled_area = std::abs(ab[0] * ac[1] - ab[1] * ac[0]);
-  return ab.norm() * ac.norm() * (c - b).norm() / (2 * doubled_area);
+  return unit * (ab.norm() * ac.norm() * (ac - ab).norm() / (2 * doubled_area));
 }
 
 /// The boundary of the chosen triangles, from edge to edge. At a point where the outline touches
@@ -75,7 +76,7 @@ planar_region make_concave_hull(const finite_points& points, const Eigen::Vector
   } else {
     expects(options.tolerance == 0, "concave_hull: points in the plane take no tolerance");
   }
-  const auto mesh = triangulate(flat);
+  const auto mesh = triangulate({flat, {}, points.epsilon});
   const auto corner = [&](index_t k, index_t t) -> Eigen::Vector2d {
     return flat.col(mesh.simplices(k, t));
   };
@@ -83,8 +84,7 @@ planar_region make_concave_hull(const finite_points& points, const Eigen::Vector
   std::vector<Eigen::Vector3i> triangles;
   for (index_t t = 0; t < mesh.simplices.cols(); ++t) {
     const Eigen::Vector2d a = corner(0, t), b = corner(1, t), c = corner(2, t);
-    // A triangle without an area has no circle, and is part of the convex hull.
-    chosen[t] = circumradius(a, b, c) <= options.alpha;
+    chosen[t] = std::isinf(options.alpha) || circumradius(a, b, c) <= options.alpha;
     if (!chosen[t]) continue;
     const Eigen::Vector2d ab = b - a, ac = c - a;
     found.area += (ab[0] * ac[1] - ab[1] * ac[0]) / 2;

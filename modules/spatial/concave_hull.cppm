@@ -10,8 +10,8 @@ namespace cilantro {
 
 /// How `concave_hull` works.
 export struct concave_hull_options {
-  /// The radius of the largest disc that may come in from outside without touching a point, in the
-  /// unit of the points: the smaller, the more closely the outline follows them. About two or three
+  /// The radius of a disc that takes away all that it can cover without a point inside, in the unit
+  /// of the points: the smaller, the more closely the outline follows them. About two or three
   /// times the distance between neighbours keeps what is densely covered in one piece; infinity
   /// gives the convex hull.
   double alpha;
@@ -46,7 +46,8 @@ planar_region make_concave_hull(const finite_points& points, const Eigen::Vector
 /// shape, made of those Delaunay triangles whose circumscribed circle has at most the radius
 /// `alpha` (Edelsbrunner, Kirkpatrick and Seidel 1983). In space the points must be in a plane
 /// within the tolerance; of a cloud in world coordinates. Throws `invalid_input` unless `alpha` is
-/// positive, for a tolerance in 2D, and in space as `flat_convex_hull` does. O(N log N).
+/// positive, for a tolerance in 2D, and in space as `flat_convex_hull` does; otherwise as
+/// `delaunay_triangulation`. O(N log N).
 export template <PointsSource P>
 [[nodiscard]] planar_region concave_hull(const P& points, const concave_hull_options& options) {
   const auto view = points_in(points);

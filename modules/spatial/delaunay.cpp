@@ -8,26 +8,24 @@ module;
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 module cilantro.spatial;
 
+import :polytope_shape;
+
 namespace cilantro {
 namespace {
 
 using corner_list = std::vector<std::int32_t>;
+using simplex_table = Eigen::Matrix<std::int32_t, dynamic, dynamic>;
 
-/// About the middle, in units of a power of two in which coordinates are at most 1, so that
-/// squares are in range.
-Eigen::MatrixXd centered(const Eigen::MatrixXd& points) {
-  const Eigen::VectorXd low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
-  Eigen::MatrixXd moved = points.colwise() - Eigen::VectorXd{low + (high - low) / 2};
-  int exponent = 0;
-  std::frexp(moved.cwiseAbs().maxCoeff(), &exponent);
-  return moved * std::ldexp(1.0, -exponent);
-}
+constexpr const char* not_verified =
+    "delaunay_triangulation: the simplices do not fill the hull side by side; points may be too "
+    "near to each other for their distance from the others, which voxel_downsample mends";
 
 /// Cuts a polytope of dimension k, given by its corners and those of its facets, all ascending,
 /// into simplices that all have its first corner. Facets are cut in the same way, so that those of
@@ -102,52 +100,66 @@ double oriented_volume(const Eigen::MatrixXd& points, std::span<const std::int32
   return a.cross(b).dot(c);
 }
 
-/// For each corner of each simplex, the other one that has all corners but this.
-Eigen::Matrix<std::int32_t, dynamic, dynamic> neighbors_of(
-    const Eigen::Matrix<std::int32_t, dynamic, dynamic>& simplices) {
-  struct face {
-    std::array<std::int32_t, 3> corners;
-    index_t opposite;
-  };
+struct face {
+  std::array<std::int32_t, 3> corners;  ///< Ascending; the first is −1 in 2D.
+  bool is_even;  ///< Whether that is an even permutation of how its simplex turns it outwards.
+  index_t opposite;
+};
+
+/// The face that is opposite to corner k of simplex s.
+face face_of(const simplex_table& simplices, index_t s, index_t k) {
+  face found{.corners = {-1, -1, -1}, .is_even = k % 2 == 0, .opposite = s * simplices.rows() + k};
+  index_t at = 4 - simplices.rows();
+  for (index_t j = 0; j < simplices.rows(); ++j)
+    if (j != k) found.corners[at++] = simplices(j, s);
+  for (int i = 1; i < 3; ++i)
+    for (int j = i; j > 0 && found.corners[j] < found.corners[j - 1]; --j) {
+      std::swap(found.corners[j], found.corners[j - 1]);
+      found.is_even = !found.is_even;
+    }
+  return found;
+}
+
+/// For each corner of each simplex, the other one that has all corners but this; nothing if there
+/// are several, or if the two are on the same side of the face that they share.
+std::optional<simplex_table> neighbors_of(const simplex_table& simplices) {
   std::vector<face> faces;
   faces.reserve(simplices.size());
   for (index_t s = 0; s < simplices.cols(); ++s)
-    for (index_t k = 0; k < simplices.rows(); ++k) {
-      face next{.corners = {-1, -1, -1}, .opposite = s * simplices.rows() + k};
-      for (index_t j = 0, at = 0; j < simplices.rows(); ++j)
-        if (j != k) next.corners[at++] = simplices(j, s);
-      std::ranges::sort(next.corners);
-      faces.push_back(next);
-    }
+    for (index_t k = 0; k < simplices.rows(); ++k) faces.push_back(face_of(simplices, s, k));
   std::ranges::sort(faces, [](const face& a, const face& b) {
     return a.corners != b.corners ? a.corners < b.corners : a.opposite < b.opposite;
   });
-  Eigen::Matrix<std::int32_t, dynamic, dynamic> neighbors(simplices.rows(), simplices.cols());
+  simplex_table neighbors(simplices.rows(), simplices.cols());
   neighbors.setConstant(-1);
-  const auto link = [&](index_t from, index_t to) {
-    neighbors.data()[from] = static_cast<std::int32_t>(to / simplices.rows());
-  };
-  for (std::size_t i = 1; i < faces.size(); ++i)
-    if (faces[i].corners == faces[i - 1].corners) {
-      link(faces[i].opposite, faces[i - 1].opposite);
-      link(faces[i - 1].opposite, faces[i].opposite);
-    }
+  for (std::size_t i = 1; i < faces.size(); ++i) {
+    const auto &a = faces[i - 1], &b = faces[i];
+    if (a.corners != b.corners) continue;
+    if (neighbors.data()[a.opposite] >= 0 || a.is_even == b.is_even) return {};
+    neighbors.data()[a.opposite] = static_cast<std::int32_t>(b.opposite / simplices.rows());
+    neighbors.data()[b.opposite] = static_cast<std::int32_t>(a.opposite / simplices.rows());
+  }
   return neighbors;
 }
 
 }  // namespace
 
-triangulation_data triangulate(const Eigen::MatrixXd& points) {
-  const index_t d = points.rows(), count = points.cols();
+triangulation_data triangulate(const finite_points& points) {
+  const index_t d = points.places.rows(), count = points.places.cols();
   triangulation_data result;
   result.simplices.resize(d + 1, 0);
   result.neighbors.resize(d + 1, 0);
   if (count <= d) return result;
-  const Eigen::MatrixXd places = centered(points);
+  const auto moved = centered(points.places);
+  const Eigen::MatrixXd& places = moved.places;
+  // As flat as what the scalar of the points explains.
+  const double flat =
+      std::ldexp(4 * points.epsilon * points.places.cwiseAbs().maxCoeff(), -moved.exponent);
+  const auto outline = convex_hull(places, {.tolerance = flat});
+  if (outline.affine_dimension() < d) return result;
   Eigen::MatrixXd lifted(d + 1, count);
   lifted << places, places.colwise().squaredNorm();
   const auto hull = convex_hull(lifted, {.cull = false});
-  if (hull.affine_dimension() < d) return result;
   auto corners = lower_simplices(hull, d);
   for (auto& c : corners) c = hull.indices()[c];
 
@@ -162,17 +174,15 @@ triangulation_data triangulate(const Eigen::MatrixXd& points) {
     if (volume < 0) std::swap(simplex[d - 1], simplex[d]);
     simplices.push_back(simplex);
   }
-  if (simplices.empty()) return result;
+  const double whole = outline.volume() * (d == 2 ? 2 : 6);
+  if (!(std::abs(sum - whole) <= 1e-8 * whole)) throw std::runtime_error{not_verified};
   std::ranges::sort(simplices);
-  const double whole = convex_hull(places).volume() * (d == 2 ? 2 : 6);
-  if (!(std::abs(sum - whole) <= 1e-8 * whole))
-    throw std::runtime_error{
-        "delaunay_triangulation: the simplices do not fill the hull; points may be too near to "
-        "each other for their distance from the others"};
   result.simplices.resize(d + 1, std::ssize(simplices));
   for (index_t s = 0; s < result.simplices.cols(); ++s)
     for (index_t k = 0; k <= d; ++k) result.simplices(k, s) = simplices[s][k];
-  result.neighbors = neighbors_of(result.simplices);
+  auto neighbors = neighbors_of(result.simplices);
+  if (!neighbors) throw std::runtime_error{not_verified};
+  result.neighbors = std::move(*neighbors);
   return result;
 }
 

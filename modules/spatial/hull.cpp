@@ -39,9 +39,19 @@ Eigen::VectorXd exact_center(const Eigen::MatrixXd& points) {
 /// For points that lie in a hyperplane or less: where the hull is a point, a segment, or found in
 /// a subspace.
 affine_subspace subspace_of(const Eigen::MatrixXd& points, double negligible) {
+  const index_t d = points.rows();
   Eigen::Index first = 0;
   points.row(0).minCoeff(&first);
   const Eigen::VectorXd origin = points.col(first);
+  // Some points mostly show by far that no hyperplane holds all.
+  constexpr index_t some = 64;
+  if (points.cols() > 4 * some) {
+    Eigen::MatrixXd arms(d, some);
+    for (index_t i = 0; i < some; ++i)
+      arms.col(i) = points.col(i * (points.cols() / some)) - origin;
+    if (span_of(std::move(arms), 1e3 * negligible).cols() == d)
+      return {Eigen::VectorXd::Zero(d), Eigen::MatrixXd::Identity(d, d)};
+  }
   return {origin, span_of(points.colwise() - origin, negligible)};
 }
 

@@ -115,10 +115,10 @@ candidate turned_about(const Eigen::Matrix3Xd& corners, const Eigen::Vector3d& d
 
 /// Directions across which a side of the smallest box may lie: those of facets, the largest first,
 /// and those across two edges, as far as the work allows.
-std::vector<Eigen::Vector3d> directions_of(const polytope_data& hull) {
-  const index_t most =
-      std::max<index_t>(64, most_work / std::max<index_t>(1, hull.vertices.cols()));
-  const auto corner = [&](std::int32_t v) -> Eigen::Vector3d { return hull.vertices.col(v); };
+std::vector<Eigen::Vector3d> directions_of(const polytope_data& hull,
+                                           const Eigen::Matrix3Xd& corners) {
+  const index_t most = std::max<index_t>(64, most_work / std::max<index_t>(1, corners.cols()));
+  const auto corner = [&](std::int32_t v) -> Eigen::Vector3d { return corners.col(v); };
   std::vector<std::pair<double, index_t>> by_area;
   std::vector<Eigen::Vector3d> edges, directions;
   for (index_t f = 0; f < hull.facets.size(); ++f) {
@@ -146,7 +146,7 @@ std::vector<Eigen::Vector3d> directions_of(const polytope_data& hull) {
 
 Eigen::Matrix3d smallest_frame(const polytope_data& hull, const Eigen::Matrix3Xd& corners) {
   std::vector<candidate> best;
-  for (const auto& direction : directions_of(hull)) {
+  for (const auto& direction : directions_of(hull, corners)) {
     auto next = turned_about(corners, direction);
     next.order = std::ssize(best);
     best.push_back(std::move(next));
@@ -175,8 +175,8 @@ Eigen::Matrix3d smallest_frame(const polytope_data& hull, const Eigen::Matrix3Xd
 std::optional<oriented_box> smallest_box_about(const polytope_data& hull) {
   if (hull.affine_dimension < 0) return {};
   const index_t d = hull.dimension, k = hull.affine_dimension;
-  const Eigen::VectorXd middle = hull.vertices.rowwise().mean();
-  const Eigen::MatrixXd arms = hull.vertices.colwise() - middle;
+  const auto moved = centered(hull.vertices);
+  const Eigen::MatrixXd& arms = moved.places;
   Eigen::MatrixXd axes = Eigen::MatrixXd::Identity(d, d);
   if (k == 3) {
     axes = smallest_frame(hull, arms);
@@ -200,9 +200,13 @@ std::optional<oriented_box> smallest_box_about(const polytope_data& hull) {
   std::vector<index_t> order(d);
   std::iota(order.begin(), order.end(), index_t{0});
   std::ranges::sort(order, {}, [&](index_t i) { return std::pair{low[i] - high[i], i}; });
-  oriented_box found{.center = middle + axes * (low + high) / 2,
+  const auto enlarged = [&](Eigen::VectorXd lengths) {
+    for (index_t i = 0; i < d; ++i) lengths[i] = std::ldexp(lengths[i], moved.exponent);
+    return lengths;
+  };
+  oriented_box found{.center = moved.middle + enlarged(axes * (low + high) / 2),
                      .axes = columns_of(axes, order),
-                     .half_extents = entries_of(Eigen::VectorXd{(high - low) / 2}, order)};
+                     .half_extents = entries_of(enlarged((high - low) / 2), order)};
   found.half_extents.array() += hull.tolerance;
   if (determinant(found.axes) < 0) found.axes.col(d - 1) *= -1;
   return found;

@@ -16,7 +16,7 @@ export struct oriented_box {
   Eigen::VectorXd center;  ///< In world coordinates.
   /// Orthonormal, one per column, the longest side first; right-handed.
   Eigen::MatrixXd axes;
-  Eigen::VectorXd half_extents;  ///< Half the length of each side; 0 where the box is flat.
+  Eigen::VectorXd half_extents;  ///< Half the length of each side.
 
   /// The volume, in 2D the area.
   [[nodiscard]] double volume() const { return (2 * half_extents).prod(); }
@@ -55,7 +55,7 @@ std::optional<oriented_box> smallest_box_about(const polytope_data& hull);
 
 /// The smallest box in any direction that contains all finite points, with two or three
 /// coordinates; of a cloud in world coordinates. It is larger by what rounding asks for, so that
-/// `contains` holds for each. Nothing if there is no finite point.
+/// `contains` holds for each, also where it is flat. Nothing if there is no finite point.
 ///
 /// In 2D the smallest there is (Freeman and Shapira 1975). In 3D the smallest one that is found
 /// from boxes with a side on a facet, or along two edges, of the convex hull by turning it about

@@ -53,6 +53,23 @@ Eigen::VectorXd entries_of(const Eigen::VectorXd& all, const Indices& which) {
   return some;
 }
 
+/// Points about the middle of their bounding box, in units of a power of two in which coordinates
+/// are at most 1, so that products are in range: the point is middle + 2^exponent · place.
+struct centered_points {
+  Eigen::VectorXd middle;
+  Eigen::MatrixXd places;
+  int exponent = 0;
+};
+centered_points centered(const Eigen::MatrixXd& points) {
+  centered_points moved;
+  moved.middle = points.rowwise().minCoeff() / 2 + points.rowwise().maxCoeff() / 2;
+  moved.places = points.colwise() - moved.middle;
+  std::frexp(moved.places.cwiseAbs().maxCoeff(), &moved.exponent);
+  for (index_t i = 0; i < moved.places.size(); ++i)
+    moved.places.data()[i] = std::ldexp(moved.places.data()[i], -moved.exponent);
+  return moved;
+}
+
 /// An orthonormal basis of the span of the columns, the longest remainder first, until none is
 /// longer than `negligible` (Gram and Schmidt, twice for accuracy).
 Eigen::MatrixXd span_of(Eigen::MatrixXd columns, double negligible) {

@@ -78,6 +78,20 @@ TEST_CASE("no box in any of 20,000 directions is smaller") {
   }
 }
 
+TEST_CASE("boxes about huge and tiny points, and ones as far apart as doubles go") {
+  const Eigen::Matrix3Xd points = test::random_points<test::d3>(20, 7);
+  const Eigen::VectorXd sides = minimum_volume_box(points)->half_extents;
+  for (const double scale : {1e-280, 1e-110, 1e105, 1e300}) {
+    const Eigen::Matrix3Xd sized = points * scale;
+    const auto found = minimum_volume_box(sized);
+    CHECK((found->half_extents / scale - sides).norm() < 1e-9);
+    for (index_t i = 0; i < sized.cols(); ++i) CHECK(found->contains(sized.col(i)));
+  }
+  const Eigen::Matrix2Xd too_far{{-1.5e308, 1.5e308, 0}, {0, 0, 1e308}};
+  const auto found = minimum_volume_box(too_far);
+  for (index_t i = 0; i < 3; ++i) CHECK(found->contains(too_far.col(i)));
+}
+
 TEST_CASE("boxes about flat sets, few points and none") {
   CHECK_FALSE(minimum_volume_box(Eigen::Matrix3Xd(3, 0)));
   const auto one = minimum_volume_box(Eigen::Matrix3Xd{Eigen::Vector3d{1, 2, 3}});

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -133,6 +134,60 @@ TEST_CASE(
   CHECK_THROWS_AS((void)delaunay_triangulation(Eigen::Matrix4Xd(4, 9)), invalid_input);
   const Eigen::Matrix2Xd same = Eigen::Vector2d{1e300, -1e300}.replicate(1, 50);
   CHECK(delaunay_triangulation(same).simplices.cols() == 0);
+}
+
+TEST_CASE(
+    "nearly equal points and far ones give a right triangulation or an error, and never hang") {
+  index_t errors = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    random_stream random{seed};
+    Eigen::Matrix2Xd points(2, 120);
+    for (int i = 0; i < 60; ++i) {
+      points.col(2 * i) << random.uniform(-1, 1), random.uniform(-1, 1);
+      for (int d = 0; d < 2; ++d)
+        points(d, 2 * i + 1) = points(d, 2 * i) + 1e-12 * random.uniform(-1, 1);
+    }
+    if (seed % 2 == 1) points.col(0) *= std::pow(10.0, double(seed % 11));
+    try {
+      const auto found = concave_hull(points, {.alpha = 1e9});
+      double by_rings = 0;
+      for (const auto& ring : found.rings)
+        for (std::size_t k = 0; k < ring.size(); ++k) {
+          const Eigen::Vector2d a = points.col(ring[k]);
+          const Eigen::Vector2d b = points.col(ring[(k + 1) % ring.size()]);
+          by_rings += (a[0] * b[1] - a[1] * b[0]) / 2;
+        }
+      CHECK(by_rings == doctest::Approx(found.area));
+    } catch (const std::runtime_error&) {
+      ++errors;
+    }
+  }
+  CHECK(errors < 60);
+}
+
+TEST_CASE("points of any size are triangulated, and what floats make of a plane is none") {
+  const Eigen::Matrix2Xd points = test::random_points<test::d2>(30, 5);
+  const double all = std::numeric_limits<double>::infinity();
+  const auto plain = concave_hull(points, {.alpha = 0.4});
+  CHECK(plain.triangles.cols() > 0);
+  CHECK(plain.triangles.cols() < concave_hull(points, {.alpha = all}).triangles.cols());
+  for (const double scale : {1e-300, 1e-120, 1e105, 1e300}) {
+    const Eigen::Matrix2Xd sized = points * scale;
+    CHECK(concave_hull(sized, {.alpha = 0.4 * scale}).triangles.cols() == plain.triangles.cols());
+    CHECK(delaunay_triangulation(sized).simplices.cols() ==
+          delaunay_triangulation(points).simplices.cols());
+  }
+  const Eigen::Matrix2Xd too_far{{-1.5e308, 1.5e308, 0}, {0, 0, 1}};
+  CHECK(delaunay_triangulation(too_far).simplices.cols() == 0);
+  Eigen::Matrix3Xf plane(3, 400);
+  Eigen::Matrix2Xf line(2, 50);
+  for (int i = 0; i < 400; ++i) {
+    const float x = float(i % 20) * 0.1f, y = float(i / 20) * 0.1f;
+    plane.col(i) << x, y, 0.3f * x + 0.7f * y;
+  }
+  for (int i = 0; i < 50; ++i) line.col(i) << 0.1f * float(i), 0.37f * float(i);
+  CHECK(delaunay_triangulation(plane).simplices.cols() == 0);
+  CHECK(delaunay_triangulation(line).simplices.cols() == 0);
 }
 
 TEST_CASE("the concave hull of a ring has an outline and a hole, and knows what it covers") {

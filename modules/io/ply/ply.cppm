@@ -16,8 +16,7 @@ export struct ply_write_options {
   ply_format format = ply_format::binary_little_endian;
   /// Whether colours are written as float; otherwise, they are rounded to 8 bits.
   bool float_colors = false;
-  /// Triangles to write as faces: indices of points, three after another, such as the `simplices()`
-  /// of a hull.
+  /// Triangles to write as faces: indices of points of the cloud, three after another.
   index_list triangles = {};
   task_monitor monitor = {};
 };

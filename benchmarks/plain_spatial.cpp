@@ -42,7 +42,7 @@ void delaunay(benchmark::State& state, const std::vector<float>& xyz, std::size_
                      const_cast<char*>("qhull d Qbb Qc Qt Pp"), nullptr, stderr) == 0) {
       simplices = 0;
       facetT* facet;
-      FORALLfacet_(qh.facet_list) if (!facet->upperdelaunay) ++simplices;
+      FORALLfacet_(qh.facet_list) if (!facet->upperdelaunay)++ simplices;
     }
     int left = 0, total = 0;
     qh_freeqhull(&qh, !qh_ALL);

@@ -27,8 +27,8 @@ export struct planar_region {
   /// outlines may touch in a point; none crosses another.
   std::vector<index_list> rings;
   Eigen::Matrix3Xi triangles;  ///< Counterclockwise, by the indices of points, one per column.
-  double area = 0;
-  double perimeter = 0;  ///< The length of all rings.
+  double area = 0;             ///< Of all triangles.
+  double perimeter = 0;        ///< The length of all rings.
   /// In space the plane normal · x = offset, the largest component of the normal positive; in 2D no
   /// coordinates.
   Eigen::VectorXd normal;

@@ -139,8 +139,8 @@ TEST_CASE("triangles are written as faces, which readers of points pass over") {
   write_ply(cloud, path, {.format = ply_format::ascii, .triangles = {0, 1, 2, 2, 1, 0}});
   CHECK(
       test::read_file(path).ends_with("element face 2\n"
-                                    "property list uchar int vertex_indices\n"
-                                    "end_header\n0 0\n1 0\n0 1\n3 0 1 2\n3 2 1 0\n"));
+                                      "property list uchar int vertex_indices\n"
+                                      "end_header\n0 0\n1 0\n0 1\n3 0 1 2\n3 2 1 0\n"));
   CHECK(read_ply<float, 2>(path) == cloud);
   using namespace std::literals;
   write_ply(cloud, path, {.format = ply_format::binary_big_endian, .triangles = {0, 1, 2}});

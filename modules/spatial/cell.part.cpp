@@ -64,7 +64,7 @@ class cell {
     planes_.reserve(facets * (d_ + 1));
     for (index_t f = 0; f < facets; ++f) add_plane(p.normals.col(f).data(), p.offsets[f], 1);
     words_ = words_for(facets + 1);
-    if (d_ < 2 || count_ * words_ > most_words) return;
+    if (d_ < 2 || !p.bounded || count_ * words_ > most_words) return;
     on_.assign(count_ * words_, 0);
     for (index_t g = corners; g < count_; ++g) mark(g, 0);
     for (index_t f = 0; f < facets; ++f)

@@ -105,6 +105,24 @@ TEST_CASE("regions contain what the sets that they are made of say") {
   CHECK(wrong == 0);
 }
 
+TEST_CASE_TEMPLATE("pieces are as large as the polytopes that they make", T, test::d2, test::d3,
+                   test::space<double, 4>) {
+  constexpr int D = T::dimension;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const auto a = random_polytope<D>(3 * seed, 0.3), b = random_polytope<D>(3 * seed + 1, 0.3);
+    const auto c = random_polytope<D>(3 * seed + 2, 0.3);
+    // Of two polytopes, by the duality of half-spaces; of regions, by cutting.
+    const auto both = a & b;
+    CHECK((space_region{a} & space_region{b}).volume() ==
+          doctest::Approx(both.volume()).epsilon(1e-11));
+    const double all = a.volume() + b.volume() + c.volume() - both.volume() - (b & c).volume() -
+                       (a & c).volume() + (both & c).volume();
+    CHECK((a | b | c).volume() == doctest::Approx(all).epsilon(1e-11));
+    CHECK(((a | b) - c).volume() == doctest::Approx(all - c.volume()).epsilon(1e-11));
+    CHECK((~~(a | b) - c).volume() == doctest::Approx(all - c.volume()).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("complements of nothing and of everything are each other") {
   const space_region<3> nothing;
   const auto everything = ~nothing;

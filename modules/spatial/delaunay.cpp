@@ -37,6 +37,8 @@ void pull(const corner_list& corners, const std::vector<corner_list>& facets, in
     out.insert(out.end(), corners.begin(), corners.end());
     return;
   }
+  // No polytope of that dimension: what is missing then, the sum of volumes shows.
+  if (k < 1 || std::ssize(corners) <= k) return;
   prefix.push_back(corners[0]);
   for (const auto& facet : facets) {
     if (facet[0] == corners[0]) continue;
@@ -45,7 +47,8 @@ void pull(const corner_list& corners, const std::vector<corner_list>& facets, in
       for (const auto& other : facets) {
         corner_list common;
         std::ranges::set_intersection(facet, other, std::back_inserter(common));
-        if (&other != &facet && std::ssize(common) >= k - 1) ridges.push_back(std::move(common));
+        if (&other != &facet && std::ssize(common) >= std::max<index_t>(1, k - 1))
+          ridges.push_back(std::move(common));
       }
     pull(facet, ridges, k - 1, prefix, out);
   }

@@ -39,8 +39,7 @@ struct cell_halves {
 /// takes to cut it by a plane without computing anything else anew (double description: Motzkin et
 /// al. 1953; adjacency as in Fukuda and Prodon 1996).
 ///
-/// Corners and rays are `generators` (x, w) with w = 1 or 0. Plane 0 is the one at infinity, which
-/// holds the rays.
+/// Corners and rays are `generators` (x, w) with w = 1 or 0. Only what has no rays is cut by them.
 class cell {
  public:
   using halves = cell_halves<cell>;
@@ -63,13 +62,12 @@ class cell {
     }
     planes_.reserve(facets * (d_ + 1));
     for (index_t f = 0; f < facets; ++f) add_plane(p.normals.col(f).data(), p.offsets[f], 1);
-    words_ = words_for(facets + 1);
+    words_ = words_for(facets);
     if (d_ < 2 || !p.bounded || count_ * words_ > most_words) return;
     on_.assign(count_ * words_, 0);
-    for (index_t g = corners; g < count_; ++g) mark(g, 0);
     for (index_t f = 0; f < facets; ++f)
-      for (const auto g : p.facets[f]) mark(g, f + 1);
-    // What contains a line has no corners.
+      for (const auto g : p.facets[f]) mark(g, f);
+    // Where a corner is short of facets, its edges are not known.
     for (index_t g = 0; g < corners && !on_.empty(); ++g)
       if (count_bits(planes_of(g)) < d_) on_.clear();
   }
@@ -101,16 +99,15 @@ class cell {
     std::vector<signed char> side(count_, 0);
     for (index_t g = 0; g < count_; ++g) {
       heights[g] = height_of(g, normal, offset);
-      if (std::abs(heights[g]) > (is_ray(g) ? negligible_slope : tolerance))
-        side[g] = heights[g] < 0 ? -1 : 1;
+      if (std::abs(heights[g]) > tolerance) side[g] = heights[g] < 0 ? -1 : 1;
     }
-    const index_t plane = std::ssize(planes_) / (d_ + 1) + 1;
+    const index_t plane = plane_count();
     cell inner = without_generators(plane), outer = inner;
     inner.add_plane(normal, offset, 1);
     outer.add_plane(normal, offset, -1);
     for (index_t g = 0; g < count_; ++g) {
-      if (side[g] <= 0) inner.take(*this, g, side[g] == 0 ? plane : 0);
-      if (side[g] >= 0) outer.take(*this, g, side[g] == 0 ? plane : 0);
+      if (side[g] <= 0) inner.add_generator(generator(g), planes_of(g), side[g] == 0, plane);
+      if (side[g] >= 0) outer.add_generator(generator(g), planes_of(g), side[g] == 0, plane);
     }
     add_crossings(heights, side, plane, inner, outer);
     return {.inner = std::move(inner), .outer = std::move(outer)};
@@ -129,6 +126,7 @@ class cell {
   static constexpr double negligible_slope = 1e-12;
 
   cell() = default;
+  [[nodiscard]] index_t plane_count() const { return std::ssize(planes_) / (d_ + 1); }
   static index_t words_for(index_t planes) { return (planes + 63) / 64; }
   static int count_bits(std::span<const std::uint64_t> bits) {
     int sum = 0;
@@ -170,14 +168,12 @@ class cell {
     other.on_.reserve(count_ * other.words_);
     return other;
   }
-  void take(const cell& from, index_t g, index_t plane) {
-    add_generator(from.generator(g), from.planes_of(g), plane);
-  }
-  void add_generator(const double* x, std::span<const std::uint64_t> planes, index_t plane) {
+  void add_generator(const double* x, std::span<const std::uint64_t> planes, bool is_on,
+                     index_t plane) {
     generators_.insert(generators_.end(), x, x + d_ + 1);
     on_.insert(on_.end(), planes.begin(), planes.end());
     on_.resize((count_ + 1) * words_, 0);
-    if (plane > 0) mark(count_, plane);
+    if (is_on) mark(count_, plane);
     ++count_;
   }
 
@@ -203,8 +199,8 @@ class cell {
                   members, [&](index_t c) { return c != a && c != b && lies_on_all(c, common); }))
             continue;
           cross(a, b, heights, crossing);
-          inner.add_generator(crossing.data(), common, plane);
-          outer.add_generator(crossing.data(), common, plane);
+          inner.add_generator(crossing.data(), common, true, plane);
+          outer.add_generator(crossing.data(), common, true, plane);
         }
     }
   }
@@ -223,18 +219,12 @@ class cell {
     const double share_of_a = heights[b] / (heights[b] - heights[a]);
     const double share_of_b = -heights[a] / (heights[b] - heights[a]);
     const double *x = generator(a), *y = generator(b);
-    double squared = 0;
-    for (index_t k = 0; k <= d_; ++k) out[k] = share_of_a * x[k] + share_of_b * y[k];
-    for (index_t k = 0; k < d_; ++k) squared += out[k] * out[k];
-    const bool ray = is_ray(a) && is_ray(b);
-    const double unit = ray ? std::sqrt(squared) : out[d_];
-    for (index_t k = 0; k < d_; ++k) out[k] /= unit;
-    out[d_] = ray ? 0 : 1;
+    for (index_t k = 0; k < d_; ++k) out[k] = share_of_a * x[k] + share_of_b * y[k];
+    out[d_] = 1;
   }
 
   [[nodiscard]] piece from_planes(double tolerance) const {
-    const index_t count = std::ssize(planes_) / (d_ + 1);
-    const Eigen::Map<const Eigen::MatrixXd> all(planes_.data(), d_ + 1, count);
+    const Eigen::Map<const Eigen::MatrixXd> all(planes_.data(), d_ + 1, plane_count());
     return make_intersection(all.topRows(d_), all.row(d_).transpose(), tolerance);
   }
   [[nodiscard]] halves split_slowly(const double* normal, double offset, double tolerance) const {
@@ -257,23 +247,18 @@ class cell {
       order.push_back(static_cast<std::int32_t>(g));
     }
     std::ranges::sort(order, [&](auto a, auto b) {
-      if (is_ray(a) != is_ray(b)) return is_ray(b);
       return std::lexicographical_compare(generator(a), generator(a) + d_, generator(b),
                                           generator(b) + d_);
     });
     polytope_shape shape;
-    const index_t corners = std::ranges::count_if(order, [&](auto g) { return !is_ray(g); });
-    if (corners == 0) return nullptr;
-    shape.vertices.resize(d_, corners);
-    shape.rays.resize(d_, count_ - corners);
-    for (index_t k = 0; k < count_; ++k)
-      (k < corners ? shape.vertices.col(k) : shape.rays.col(k - corners)) =
-          all.col(order[k]).head(d_);
+    if (count_ == 0) return nullptr;
+    shape.vertices = columns_of(all.topRows(d_), order);
+    shape.rays.resize(d_, 0);
     std::vector<index_t> facets;
-    for (index_t f = 0; f < std::ssize(planes_) / (d_ + 1); ++f) {
+    for (index_t f = 0; f < plane_count(); ++f) {
       const std::size_t before = shape.facets.values.size();
       for (index_t k = 0; k < count_; ++k)
-        if (lies_on(order[k], f + 1)) shape.facets.values.push_back(static_cast<std::int32_t>(k));
+        if (lies_on(order[k], f)) shape.facets.values.push_back(static_cast<std::int32_t>(k));
       if (std::ssize(shape.facets.values) - static_cast<index_t>(before) < d_) {
         shape.facets.values.resize(before);
         continue;
@@ -281,20 +266,15 @@ class cell {
       shape.facets.close();
       facets.push_back(f);
     }
-    if (std::ssize(facets) <= (shape.rays.cols() == 0 ? d_ : d_ - 1)) return nullptr;
-    const Eigen::Map<const Eigen::MatrixXd> planes(planes_.data(), d_ + 1,
-                                                   std::ssize(planes_) / (d_ + 1));
-    shape.normals.resize(d_, std::ssize(facets));
-    shape.offsets.resize(std::ssize(facets));
-    for (index_t k = 0; k < std::ssize(facets); ++k) {
-      shape.normals.col(k) = planes.col(facets[k]).head(d_);
-      shape.offsets[k] = planes(d_, facets[k]);
-    }
+    if (std::ssize(facets) <= d_) return nullptr;
+    const Eigen::Map<const Eigen::MatrixXd> planes(planes_.data(), d_ + 1, plane_count());
+    shape.normals = columns_of(planes.topRows(d_), facets);
+    shape.offsets = entries_of(planes.row(d_).transpose(), facets);
     const double allowed = std::max(tolerance, 64 * std::numeric_limits<double>::epsilon() *
                                                    shape.vertices.cwiseAbs().maxCoeff());
     if (!holds(shape, allowed)) return nullptr;
     arrange(shape, false, false);
-    if (shape.rays.cols() == 0 && d_ > 3) {
+    if (d_ > 3) {
       auto boundary = simplices_of_boundary(shape.vertices);
       if (!boundary.error.empty()) return nullptr;
       shape.simplices = std::move(boundary.simplices);
@@ -311,11 +291,10 @@ class cell {
       const auto normal = shape.normals.col(f).transpose();
       if (!((normal * shape.vertices).maxCoeff() <= shape.offsets[f] + allowed)) return false;
       for (const auto g : shape.facets[f])
-        if (g < shape.vertices.cols() &&
-            !(std::abs(normal.dot(shape.vertices.col(g)) - shape.offsets[f]) <= allowed))
+        if (!(std::abs(normal.dot(shape.vertices.col(g)) - shape.offsets[f]) <= allowed))
           return false;
     }
-    if (shape.vertices.rows() != 3 || shape.rays.cols() > 0) return true;
+    if (shape.vertices.rows() != 3) return true;
     const auto edges = std::ssize(shape.facets.values);
     return 2 * (shape.vertices.cols() + shape.facets.size() - 2) == edges;
   }

@@ -20,7 +20,6 @@ import :polytope_shape;
 namespace cilantro {
 namespace {
 
-using corner_list = std::vector<std::int32_t>;
 using simplex_table = Eigen::Matrix<std::int32_t, dynamic, dynamic>;
 
 constexpr const char* not_verified =
@@ -30,8 +29,8 @@ constexpr const char* not_verified =
 /// Cuts a polytope of dimension k, given by its corners and those of its facets, all ascending,
 /// into simplices that all have its first corner. Facets are cut in the same way, so that those of
 /// two polytopes that share a facet fit.
-void pull(const corner_list& corners, const std::vector<corner_list>& facets, index_t k,
-          corner_list& prefix, corner_list& out) {
+void pull(const index_list& corners, const std::vector<index_list>& facets, index_t k,
+          index_list& prefix, index_list& out) {
   if (std::ssize(corners) == k + 1) {
     out.insert(out.end(), prefix.begin(), prefix.end());
     out.insert(out.end(), corners.begin(), corners.end());
@@ -42,10 +41,10 @@ void pull(const corner_list& corners, const std::vector<corner_list>& facets, in
   prefix.push_back(corners[0]);
   for (const auto& facet : facets) {
     if (facet[0] == corners[0]) continue;
-    std::vector<corner_list> ridges;
+    std::vector<index_list> ridges;
     if (std::ssize(facet) > k)
       for (const auto& other : facets) {
-        corner_list common;
+        index_list common;
         std::ranges::set_intersection(facet, other, std::back_inserter(common));
         if (&other != &facet && std::ssize(common) >= std::max<index_t>(1, k - 1))
           ridges.push_back(std::move(common));
@@ -56,30 +55,30 @@ void pull(const corner_list& corners, const std::vector<corner_list>& facets, in
 }
 
 /// The simplices of the lower side of the hull of lifted points, by the hull's vertices.
-corner_list lower_simplices(const convex_polytope<>& lifted, index_t d) {
+index_list lower_simplices(const convex_polytope<>& lifted, index_t d) {
   // Steeper facets belong to slivers at the boundary that are thinner than rounding.
   constexpr double steep = -1e-9;
   const auto& hull = lifted.data();
-  std::vector<corner_list> facets(hull.facets.size());
+  std::vector<index_list> facets(hull.facets.size());
   for (index_t f = 0; f < std::ssize(facets); ++f) {
     facets[f].assign(hull.facets[f].begin(), hull.facets[f].end());
     std::ranges::sort(facets[f]);
   }
-  corner_list prefix, simplices;
+  index_list prefix, simplices;
   if (hull.affine_dimension == d) {
     // All points on one sphere, unless they are in a plane.
     if (std::abs(hull.normals(d, hull.normals.cols() - 1)) < -steep) return {};
-    corner_list all(hull.vertices.cols());
+    index_list all(hull.vertices.cols());
     std::iota(all.begin(), all.end(), 0);
     pull(all, facets, d, prefix, simplices);
     return simplices;
   }
   for (index_t f = 0; f < std::ssize(facets); ++f) {
     if (!(hull.normals(d, f) < steep)) continue;
-    std::vector<corner_list> ridges;
+    std::vector<index_list> ridges;
     if (std::ssize(facets[f]) > d + 1)
       for (const auto n : hull.neighbors[f]) {
-        corner_list common;
+        index_list common;
         std::ranges::set_intersection(facets[f], facets[n], std::back_inserter(common));
         if (std::ssize(common) >= d) ridges.push_back(std::move(common));
       }

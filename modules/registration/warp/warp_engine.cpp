@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "core/closed_spaces.hpp"
+module cilantro.registration;
+
+namespace cilantro {
+
+void expect_valid(const warp_options& options, bool is_rigid) {
+  constexpr double most = std::numeric_limits<double>::max();
+  expect_between(0, options.stiffness, most, "warp_estimator: stiffness");
+  expect_between(0, options.rigidity, most, "warp_estimator: rigidity");
+  expects(!is_rigid || options.rigidity == 0,
+          "warp_estimator: rigid motions need no .rigidity, which is for those that may deform");
+}
+
+template <Scalar S, int D>
+node_lists lists_of_nodes(const deformation_graph_data<S, D>& graph, bool with_rigidity) {
+  node_lists lists;
+  const index_t k = graph.anchors_per_point;
+  for (std::size_t g = 0; g + 1 < graph.groups.size(); ++g) {
+    const std::int32_t* anchors = graph.anchors.data() + graph.order[graph.groups[g]] * k;
+    index_t count = 0;
+    while (count < k && anchors[count] >= 0) ++count;
+    lists.add({anchors, static_cast<std::size_t>(count)});
+  }
+  for (const auto& [a, b] : graph.links) lists.add(std::array{a, b});
+  if (with_rigidity)
+    for (std::int32_t node = 0; node < graph.nodes.cols(); ++node) lists.add(std::array{node});
+  return lists;
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                               \
+  template node_lists lists_of_nodes(const deformation_graph_data<S, D>&, bool); \
+  template class warp_engine<S, D, rigid_motion>;                                \
+  template class warp_engine<S, D, affine_motion>;
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
+export module cilantro.registration:warp_engine;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.search;
+import :concepts;
+import :deformation_graph;
+import :motion;
+import :warp_equations;
+import :warp_field;
+
+namespace cilantro {
+
+/// What keeps the motions of linked nodes alike.
+export enum class warp_regularizer {
+  /// Linked nodes agree on where each of them is: the shape is remembered, however far it moves.
+  /// For rigid motions, the as-rigid-as-possible energy of Sorkine & Alexa 2007 on the graph.
+  shape,
+  /// Linked nodes move alike in each iteration, as in a viscous fluid: what iterations before have
+  /// bent costs nothing.
+  increments,
+};
+
+/// Options of a `warp_estimator`.
+export struct warp_options {
+  /// How much the mean squared disagreement of linked nodes counts, relative to the mean squared
+  /// residual of the source points. It has no unit, and depends neither on the number of points nor
+  /// on that of nodes. Not negative.
+  double stiffness = 1;
+  robust_kernel robust = {};      ///< Of the length of residuals, on top of those of the metric.
+  robust_kernel smoothness = {};  ///< Of the disagreement of linked nodes, in the units of points.
+  warp_regularizer regularizer = warp_regularizer::shape;
+  /// How much the linear parts of nodes that may deform are held to rotations, relative to
+  /// `stiffness`: (AᵀA − I) times the mean length of links is a residual of each node. Must be 0
+  /// for rigid motions. Source: Sumner, Schmid & Pauly 2007, equation 5.
+  double rigidity = 0;
+  int threads = 0;
+};
+
+/// Throws `invalid_input` for options that make no sense.
+void expect_valid(const warp_options& options, bool is_rigid);
+
+inline constexpr std::size_t most_anchors = 16;
+
+/// The anchors of a group of points, and what they do.
+template <int D>
+struct anchor_frames {
+  std::size_t count = 0;
+  std::array<point_vector<double, D>, most_anchors> nodes,
+      ends;  ///< Before and after their motion.
+  std::array<Eigen::Matrix<double, D, D>, most_anchors> linear;
+};
+
+/// Where a point is moved to.
+template <int D>
+struct anchored_place {
+  point_vector<double, D> place;
+  /// From each moved anchor to where it alone moves the point.
+  std::array<point_vector<double, D>, most_anchors> offsets;
+};
+
+/// The nodes of the points with the same anchors, of each link, and, for `with_rigidity`, each
+/// node.
+template <Scalar S, int D>
+[[nodiscard]] node_lists lists_of_nodes(const deformation_graph_data<S, D>& graph,
+                                        bool with_rigidity);
+
+/// The motion that unknowns about a node stand for. That of rigid motions in 3D, which most are, in
+/// closed form.
+template <int D, MotionModel Motion>
+[[nodiscard]] affine_parts<double, D> step_around(const Motion& motion,
+                                                  const Eigen::VectorXd& unknowns,
+                                                  index_t dimension) {
+  if constexpr (D == 3 && std::same_as<Motion, rigid_motion>) {
+    // With the cross product by half of the rotation as A, (1 − A)⁻¹ (1 + A).
+    const Eigen::Vector3d half = unknowns.head<3>() / 2;
+    Eigen::Matrix3d cross;
+    cross << 0, -half[2], half[1], half[2], 0, -half[0], -half[1], half[0], 0;
+    const Eigen::Matrix3d inverse =
+        (Eigen::Matrix3d::Identity() + cross + half * half.transpose()) / (1 + half.squaredNorm());
+    return {inverse * (Eigen::Matrix3d::Identity() + cross), inverse * unknowns.tail<3>()};
+  } else {
+    const motion_step step = motion.step(unknowns, dimension);
+    return {step.linear, step.translation};
+  }
+}
+
+/// Everything that does not depend on the metric. `Motion` gives the unknowns of a node.
+template <Scalar S, int D, MotionModel Motion>
+class warp_engine {
+ public:
+  using motions_type = node_motions<D>;
+  using vector = point_vector<double, D>;
+  using matrix = Eigen::Matrix<double, D, D>;
+
+  warp_engine(std::shared_ptr<const deformation_graph_data<S, D>> graph, Motion motion,
+              const warp_options& options);
+
+  [[nodiscard]] const deformation_graph_data<S, D>& graph() const { return *graph_; }
+  [[nodiscard]] const warp_options& options() const { return options_; }
+
+  /// The points of a list of nodes; none for those of the regulariser.
+  [[nodiscard]] std::span<const std::int32_t> points_of(index_t list) const {
+    if (list + 1 >= std::ssize(graph_->groups)) return {};
+    return std::span{graph_->order}.subspan(
+        static_cast<std::size_t>(graph_->groups[list]),
+        static_cast<std::size_t>(graph_->groups[list + 1] - graph_->groups[list]));
+  }
+  [[nodiscard]] std::span<const std::int32_t> nodes_of(index_t list) const {
+    return equations_.lists()[list];
+  }
+  [[nodiscard]] anchor_frames<D> frames_of(const motions_type& motions, index_t list) const {
+    anchor_frames<D> frames;
+    for (const std::int32_t node : nodes_of(list)) {
+      const std::size_t k = frames.count++;
+      frames.nodes[k] = graph_->nodes.col(node).template cast<double>();
+      frames.ends[k] = frames.nodes[k] + motions.shifts.col(node);
+      frames.linear[k] = motions.linear_of(node);
+    }
+    return frames;
+  }
+  [[nodiscard]] const double* weights_of(std::int32_t point) const {
+    return graph_->weights.data() + point * graph_->anchors_per_point;
+  }
+  void move(const anchor_frames<D>& frames, std::int32_t point, anchored_place<D>& moved) const {
+    const double* weights = weights_of(point);
+    const vector p = graph_->points.col(point).template cast<double>();
+    moved.place = vector::Zero(p.size());
+    for (std::size_t k = 0; k < frames.count; ++k) {
+      turn(frames.linear[k], p, frames.nodes[k], moved.offsets[k]);
+      for (index_t i = 0; i < p.size(); ++i)
+        moved.place[i] += weights[k] * (moved.offsets[k][i] + frames.ends[k][i]);
+    }
+  }
+  /// Writes the derivatives of a residual with that gradient, acting `beside` the moved point.
+  void write_row(const anchored_place<D>& moved, std::int32_t point, std::size_t anchors,
+                 const vector& gradient, const vector* beside, double scale, double* row) const {
+    const double* weights = weights_of(point);
+    const index_t u = equations_.unknowns_per_node();
+    for (std::size_t k = 0; k < anchors; ++k, row += u) {
+      const vector scaled = scale * weights[k] * gradient;
+      if (beside)
+        motion_.pull_back(vector{moved.offsets[k] + *beside}, scaled, row);
+      else
+        motion_.pull_back(moved.offsets[k], scaled, row);
+    }
+  }
+
+  /// Writes the rows of a list of the metric.
+  using data_writer = std::function<void(index_t list, row_buffer& rows)>;
+  /// The weighted sum of squared residuals under other motions, and how far points move at most.
+  struct outcome {
+    double energy = 0, farthest = 0;
+  };
+  using data_judge = std::function<outcome(const motions_type& motions)>;
+
+  /// The step from `current`, with `judge` to say whether it makes the energy smaller.
+  struct step {
+    motions_type motions;
+    warp_sums sums;
+    transform_change change;
+    index_t unsupported_nodes = 0;
+    double energy = 0;  ///< Of `current`.
+  };
+  [[nodiscard]] step improve(const motions_type& current, const data_writer& write,
+                             const data_judge& judge) const;
+
+ private:
+  /// linear · (p − node). One coordinate at a time: what Eigen makes of it waits for memory.
+  static void turn(const matrix& linear, const vector& p, const vector& node, vector& out) {
+    const index_t d = p.size();
+    out = vector::Zero(d);
+    for (index_t j = 0; j < d; ++j) {
+      const double along = p[j] - node[j];
+      for (index_t i = 0; i < d; ++i) out[i] += linear(i, j) * along;
+    }
+  }
+
+  /// The weights of the regulariser's terms, in the order of their lists.
+  struct fixed_weights {
+    std::vector<double> forward, backward;
+  };
+  void write_link(const motions_type& motions, index_t link, fixed_weights& weights,
+                  row_buffer& rows) const;
+  void write_rigidity(const motions_type& motions, std::int32_t node, row_buffer& rows) const;
+  [[nodiscard]] vector disagreement(const motions_type& motions, std::int32_t from,
+                                    std::int32_t to) const;
+  [[nodiscard]] double regularity(const motions_type& motions, const motions_type& before,
+                                  const fixed_weights& weights) const;
+  [[nodiscard]] motions_type moved(const motions_type& motions, const std::vector<double>& unknowns,
+                                   transform_change& change) const;
+
+  std::shared_ptr<const deformation_graph_data<S, D>> graph_;
+  Motion motion_;
+  warp_options options_;
+  index_t data_lists_ = 0;
+  double link_weight_ = 0, rigidity_weight_ = 0;
+  double mean_link_ = 0;
+  warp_equations equations_;
+};
+
+template <Scalar S, int D, MotionModel Motion>
+warp_engine<S, D, Motion>::warp_engine(std::shared_ptr<const deformation_graph_data<S, D>> graph,
+                                       Motion motion, const warp_options& options)
+    : graph_{std::move(graph)},
+      motion_{std::move(motion)},
+      options_{options},
+      data_lists_{std::max<index_t>(std::ssize(graph_->groups) - 1, 0)},
+      equations_{index_t(graph_->nodes.cols()), Motion::unknowns(index_t(graph_->nodes.rows())),
+                 lists_of_nodes(*graph_, options.rigidity > 0)} {
+  expect_valid(options, RigidMap<transform_of<Motion, double, D>>);
+  double length = 0;
+  for (const auto& [a, b] : graph_->links)
+    length += (graph_->nodes.col(a) - graph_->nodes.col(b)).template cast<double>().norm();
+  const auto links = double(graph_->links.size()), points = double(graph_->order.size());
+  if (links > 0) {
+    mean_link_ = length / links;
+    link_weight_ = options.stiffness * points / (2 * links);
+  }
+  rigidity_weight_ = options.rigidity * options.stiffness * points / double(graph_->nodes.cols());
+}
+
+/// How node `from` would move node `to`, compared with where that one goes.
+template <Scalar S, int D, MotionModel Motion>
+auto warp_engine<S, D, Motion>::disagreement(const motions_type& motions, std::int32_t from,
+                                             std::int32_t to) const -> vector {
+  const vector across = (graph_->nodes.col(to) - graph_->nodes.col(from)).template cast<double>();
+  return motions.linear_of(from) * across - across + motions.shifts.col(from) -
+         motions.shifts.col(to);
+}
+
+template <Scalar S, int D, MotionModel Motion>
+void warp_engine<S, D, Motion>::write_link(const motions_type& motions, index_t link,
+                                           fixed_weights& weights, row_buffer& rows) const {
+  const auto [first, second] = graph_->links[link];
+  const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
+  const vector none = vector::Zero(d);
+  for (const bool is_forward : {true, false}) {
+    const std::int32_t from = is_forward ? first : second, to = is_forward ? second : first;
+    const vector rest =
+        options_.regularizer == warp_regularizer::shape ? disagreement(motions, from, to) : none;
+    const double weight = link_weight_ * options_.smoothness(rest.norm());
+    (is_forward ? weights.forward : weights.backward)[link] = weight;
+    if (weight == 0) continue;
+    const double scale = std::sqrt(weight);
+    const vector offset = motions.linear_of(from) *
+                          (graph_->nodes.col(to) - graph_->nodes.col(from)).template cast<double>();
+    for (index_t axis = 0; axis < d; ++axis) {
+      double* const row = rows.add(scale * rest[axis]);
+      const vector along = scale * vector::Unit(d, axis);
+      motion_.pull_back(offset, along, row + (is_forward ? 0 : u));
+      motion_.pull_back(none, vector{-along}, row + (is_forward ? u : 0));
+    }
+  }
+}
+
+template <Scalar S, int D, MotionModel Motion>
+void warp_engine<S, D, Motion>::write_rigidity(const motions_type& motions, std::int32_t node,
+                                               row_buffer& rows) const {
+  const auto linear = motions.linear_of(node);
+  const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
+  const double scale = std::sqrt(rigidity_weight_) * mean_link_;
+  const vector none = vector::Zero(d);
+  std::vector<double> part(static_cast<std::size_t>(u));
+  for (index_t a = 0; a < d; ++a)
+    for (index_t b = a; b < d; ++b) {
+      const vector from = linear.col(a), to = linear.col(b);
+      // Off the diagonal a residual stands for two equal ones.
+      const double twice = a == b ? scale : scale * std::sqrt(2.0);
+      double* const row = rows.add(twice * (from.dot(to) - (a == b)));
+      for (index_t k = 0; k < u; ++k) row[k] = 0;
+      const auto add = [&](const vector& at, const vector& gradient) {
+        motion_.pull_back(at, vector{twice * gradient}, part.data());
+        for (index_t k = 0; k < u; ++k) row[k] += part[k];
+        motion_.pull_back(none, vector{twice * gradient}, part.data());
+        for (index_t k = 0; k < u; ++k) row[k] -= part[k];
+      };
+      add(from, to);
+      add(to, from);
+    }
+}
+
+/// What the regulariser adds to the energy, with the weights that it had.
+template <Scalar S, int D, MotionModel Motion>
+double warp_engine<S, D, Motion>::regularity(const motions_type& motions,
+                                             const motions_type& before,
+                                             const fixed_weights& weights) const {
+  double sum = 0;
+  const bool is_shape = options_.regularizer == warp_regularizer::shape;
+  for (std::size_t link = 0; link < graph_->links.size(); ++link) {
+    const auto [a, b] = graph_->links[link];
+    const auto square = [&](std::int32_t from, std::int32_t to) {
+      const vector rest = disagreement(motions, from, to);
+      return is_shape ? rest.squaredNorm() : (rest - disagreement(before, from, to)).squaredNorm();
+    };
+    sum += weights.forward[link] * square(a, b) + weights.backward[link] * square(b, a);
+  }
+  if (options_.rigidity > 0)
+    for (std::int32_t node = 0; node < graph_->nodes.cols(); ++node) {
+      const matrix linear = motions.linear_of(node);
+      const matrix rest =
+          linear.transpose() * linear - matrix::Identity(linear.rows(), linear.cols());
+      sum += rigidity_weight_ * mean_link_ * mean_link_ * rest.squaredNorm();
+    }
+  return sum;
+}
+
+template <Scalar S, int D, MotionModel Motion>
+auto warp_engine<S, D, Motion>::moved(const motions_type& motions,
+                                      const std::vector<double>& unknowns,
+                                      transform_change& change) const -> motions_type {
+  const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
+  motions_type result = motions;
+  for (index_t k = 0; k < equations_.nodes(); ++k) {
+    const Eigen::Map<const Eigen::VectorXd> own{unknowns.data() + k * u, u};
+    if (own.isZero(0)) continue;
+    const auto step = step_around<D>(motion_, own, d);
+    const matrix linear = step.linear;
+    matrix turned = linear * motions.linear_of(k);
+    if constexpr (RigidMap<transform_of<Motion, double, D>>)
+      // One step towards the nearest rotation, which rounding has left by little.
+      turned = turned * (1.5 * matrix::Identity(d, d) - 0.5 * turned.transpose() * turned);
+    result.linear_of(k) = turned;
+    result.shifts.col(k) += step.translation;
+    change.rotation =
+        std::max(change.rotation, (linear - matrix::Identity(d, d)).norm() / std::sqrt(2.0));
+    change.translation = std::max(change.translation, step.translation.norm());
+  }
+  return result;
+}
+
+template <Scalar S, int D, MotionModel Motion>
+auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_writer& write,
+                                        const data_judge& judge) const -> step {
+  const execution how{.threads = options_.threads};
+  fixed_weights weights;
+  weights.forward.assign(graph_->links.size(), 0);
+  weights.backward.assign(graph_->links.size(), 0);
+  const index_t links = std::ssize(graph_->links);
+  step found;
+  found.sums = equations_.sum(
+      [&](index_t list, row_buffer& rows) {
+        if (list < data_lists_)
+          write(list, rows);
+        else if (list < data_lists_ + links)
+          write_link(current, list - data_lists_, weights, rows);
+        else
+          write_rigidity(current, static_cast<std::int32_t>(list - data_lists_ - links), rows);
+      },
+      how);
+  found.motions = current;
+  found.energy = found.sums.energy;
+
+  std::vector<char> is_reached(static_cast<std::size_t>(equations_.nodes()), 0);
+  for (index_t list = 0; list < data_lists_; ++list)
+    if (found.sums.has_rows[list])
+      for (const auto node : equations_.lists()[list]) is_reached[node] = 1;
+  for (const char reached : is_reached) found.unsupported_nodes += reached == 0;
+
+  double farthest = 0;
+  for (index_t k = 0; k < equations_.nodes(); ++k)
+    farthest = std::max(farthest, graph_->nodes.col(k).template cast<double>().norm());
+  found.change.rounding = 4 * double(std::numeric_limits<S>::epsilon()) * farthest;
+
+  // The first is enough to keep what nothing determines from being determined by rounding.
+  for (double damping = 1e-8; damping < 1e4; damping *= 100) {
+    transform_change change{.rounding = found.change.rounding};
+    auto motions = moved(current, equations_.solve(found.sums, damping), change);
+    const auto [energy, moved_by] = judge(motions);
+    const double total = energy + regularity(motions, current, weights);
+    if (!(total <= found.energy * (1 + 1e-12))) continue;
+    change.translation = std::max(change.translation, moved_by);
+    found.change = change;
+    found.motions = std::move(motions);
+    break;
+  }
+  return found;
+}
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                \
+  extern template class warp_engine<S, D, rigid_motion>; \
+  extern template class warp_engine<S, D, affine_motion>;
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
+
+}  // namespace cilantro

@@ -22,6 +22,7 @@ module;
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/OrderingMethods>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <Eigen/SparseCore>
@@ -44,6 +45,7 @@ static_assert(
 export namespace Eigen {
 
 using Eigen::AlignedBox;
+using Eigen::AMDOrdering;
 using Eigen::AngleAxis;
 using Eigen::Array;
 using Eigen::ArrayBase;

@@ -20,8 +20,9 @@ namespace cilantro {
 ///
 /// Semantics: `map(i, p)` is the new place of point i, which lies at p; `Scalar` is that of the
 /// points. Optional: `map.size()`, the number of points that it moves, which then must be that of
-/// the set; and `map.normal(i, n)`, the new direction, of any length, of the normal n of point i.
-/// Pure, and called from several threads at once. Models: every `AffineMap`; a struct of yours.
+/// the set; `map.normal(i, n)`, the new direction, of any length, of the normal n of point i; and
+/// `map.move_all(points, out, how)`, which does the same to a whole set, faster. Pure, and called
+/// from several threads at once. Models: every `AffineMap`; a struct of yours.
 export template <class M, int D>
 concept PointMap =
     AffineMap<M> ||
@@ -114,7 +115,10 @@ export template <PointsSource P, class M>
   const auto view = points_in(points);
   expect_moves(map, view, "moved_points");
   point_matrix<scalar_of<P>, dimension_of<P>> moved(view.dimension(), view.size());
-  parallel_for(view.size(), how, [&](index_t i) { moved.col(i) = moved_point(map, i, view[i]); });
+  if constexpr (requires { map.move_all(view, mutable_points_in(moved), how); })
+    map.move_all(view, mutable_points_in(moved), how);
+  else
+    parallel_for(view.size(), how, [&](index_t i) { moved.col(i) = moved_point(map, i, view[i]); });
   return moved;
 }
 

@@ -101,21 +101,22 @@ concept CorrespondenceSearcher =
       { searcher.find(transform, pairs) } -> std::same_as<void>;
     };
 
-/// For a searcher that remembers nothing.
+/// For a searcher or an estimator that remembers nothing.
 struct no_memory {};
 template <class S>
-struct memory_of_searcher {
+struct memory_of {
   using type = no_memory;
 };
 template <class S>
   requires requires { typename S::memory; }
-struct memory_of_searcher<S> {
+struct memory_of<S> {
   using type = typename S::memory;
 };
 
-/// What a searcher remembers from one call to the next; an empty type if it remembers nothing.
+/// What a searcher or an estimator remembers from one call to the next; an empty type if it
+/// remembers nothing.
 template <class S>
-using repeated_memory = typename memory_of_searcher<S>::type;
+using repeated_memory = typename memory_of<S>::type;
 
 /// One of many searches with the same memory.
 template <class S, class T>
@@ -134,7 +135,9 @@ void find_with_memory(const S& searcher, const T& transform, repeated_memory<S>&
 /// and the fit of `current`. Whatever the pairs do not determine stays as it is in `current`, and
 /// is counted in `fit.undetermined`. It depends on nothing but its arguments, and is const. The
 /// transform may be any `PointMap`, even a field of many transforms: `pair_matcher` and
-/// `weighted_rows` evaluate the library's metrics for those.
+/// `weighted_rows` evaluate the library's metrics for those. Optional: a default-constructible type
+/// `memory`, and `estimate(current, pairs, memory)`, which gives the same result, faster, with the
+/// help of what earlier calls have left in `memory`.
 /// Models: `point_to_point_estimator`, `least_squares_estimator`; `check_transform_estimator` tests
 /// yours.
 export template <class E, class Pairs>
@@ -146,5 +149,17 @@ concept TransformEstimator = requires {
     estimator.estimate(current, pairs)
   } -> std::same_as<registration_step<typename E::transform_type>>;
 };
+
+/// One of many estimates with the same memory.
+template <class E, class Pairs>
+  requires TransformEstimator<E, Pairs>
+[[nodiscard]] auto estimate_with_memory(const E& estimator,
+                                        const typename E::transform_type& current,
+                                        const Pairs& pairs, repeated_memory<E>& memory) {
+  if constexpr (std::same_as<repeated_memory<E>, no_memory>)
+    return estimator.estimate(current, pairs);
+  else
+    return estimator.estimate(current, pairs, memory);
+}
 
 }  // namespace cilantro

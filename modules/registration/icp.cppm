@@ -100,6 +100,7 @@ export template <class Searcher, class E>
   result.transform = std::move(initial);
   pairs_of<Searcher, typename E::transform_type> pairs;
   repeated_memory<Searcher> memory{};
+  repeated_memory<E> estimator_memory{};
   const auto end_with = [&](icp_status status) {
     if (options.monitor.progress && status != icp_status::cancelled) options.monitor.progress(1);
     result.status = status;
@@ -112,7 +113,7 @@ export template <class Searcher, class E>
     while (true) {
       if (options.monitor.stop.stop_requested()) throw cancelled{};
       find_with_memory(searcher, result.transform, memory, pairs);
-      auto step = estimator.estimate(result.transform, pairs);
+      auto step = estimate_with_memory(estimator, result.transform, pairs, estimator_memory);
       const double before = result.residual;
       static_cast<alignment_fit&>(result) = std::move(step.fit);
       looked_at = result;

@@ -31,6 +31,8 @@ export struct deformation_graph_options {
   int threads = 0;
 };
 
+inline constexpr std::size_t most_anchors = 16;
+
 /// What a graph consists of. Internal, and in the dimension that the library is compiled for.
 template <Scalar S, int D>
 struct deformation_graph_data {

@@ -43,25 +43,6 @@ export struct warp_options {
 /// Throws `invalid_input` for options that make no sense.
 void expect_valid(const warp_options& options, bool is_rigid);
 
-inline constexpr std::size_t most_anchors = 16;
-
-/// The anchors of a group of points, and what they do.
-template <int D>
-struct anchor_frames {
-  std::size_t count = 0;
-  std::array<point_vector<double, D>, most_anchors> nodes,
-      ends;  ///< Before and after their motion.
-  std::array<Eigen::Matrix<double, D, D>, most_anchors> linear;
-};
-
-/// Where a point is moved to.
-template <int D>
-struct anchored_place {
-  point_vector<double, D> place;
-  /// From each moved anchor to where it alone moves the point.
-  std::array<point_vector<double, D>, most_anchors> offsets;
-};
-
 /// The nodes of the points with the same anchors, of each link, and, for `with_rigidity`, each
 /// node.
 template <Scalar S, int D>
@@ -88,6 +69,22 @@ template <int D, MotionModel Motion>
   }
 }
 
+/// The weights of the disagreements along links, from the first node and from the second.
+struct link_weights {
+  std::vector<double> forward, backward;
+};
+
+/// What an estimator keeps from one step to the next, so that memory is allocated once.
+struct warp_memory {
+  equation_memory equations;
+  link_weights links;
+  /// By list of pairs: the weights of each pair in each term, and where the pairs of each source
+  /// point begin.
+  std::vector<std::vector<double>> weights;
+  std::vector<std::vector<std::int32_t>> first;
+  buffer<double> places;  ///< Where each source point with pairs is.
+};
+
 /// Everything that does not depend on the metric. `Motion` gives the unknowns of a node.
 template <Scalar S, int D, MotionModel Motion>
 class warp_engine {
@@ -112,40 +109,19 @@ class warp_engine {
   [[nodiscard]] std::span<const std::int32_t> nodes_of(index_t list) const {
     return equations_.lists()[list];
   }
-  [[nodiscard]] anchor_frames<D> frames_of(const motions_type& motions, index_t list) const {
-    anchor_frames<D> frames;
-    for (const std::int32_t node : nodes_of(list)) {
-      const std::size_t k = frames.count++;
-      frames.nodes[k] = graph_->nodes.col(node).template cast<double>();
-      frames.ends[k] = frames.nodes[k] + motions.shifts.col(node);
-      frames.linear[k] = motions.linear_of(node);
-    }
-    return frames;
-  }
   [[nodiscard]] const double* weights_of(std::int32_t point) const {
     return graph_->weights.data() + point * graph_->anchors_per_point;
   }
-  void move(const anchor_frames<D>& frames, std::int32_t point, anchored_place<D>& moved) const {
-    const double* weights = weights_of(point);
-    const vector p = graph_->points.col(point).template cast<double>();
-    moved.place = vector::Zero(p.size());
-    for (std::size_t k = 0; k < frames.count; ++k) {
-      turn(frames.linear[k], p, frames.nodes[k], moved.offsets[k]);
-      for (index_t i = 0; i < p.size(); ++i)
-        moved.place[i] += weights[k] * (moved.offsets[k][i] + frames.ends[k][i]);
-    }
-  }
-  /// Writes the derivatives of a residual with that gradient, acting `beside` the moved point.
-  void write_row(const anchored_place<D>& moved, std::int32_t point, std::size_t anchors,
-                 const vector& gradient, const vector* beside, double scale, double* row) const {
+  /// Writes the derivatives of a residual of point number `i` of a group, which is `point`, with
+  /// that gradient, acting `beside` the moved point.
+  void write_row(const moved_group& moved, index_t i, std::int32_t point, const vector& gradient,
+                 const vector* beside, double scale, double* row) const {
     const double* weights = weights_of(point);
     const index_t u = equations_.unknowns_per_node();
-    for (std::size_t k = 0; k < anchors; ++k, row += u) {
+    for (index_t k = 0; k < moved.anchors; ++k, row += u) {
       const vector scaled = scale * weights[k] * gradient;
-      if (beside)
-        motion_.pull_back(vector{moved.offsets[k] + *beside}, scaled, row);
-      else
-        motion_.pull_back(moved.offsets[k], scaled, row);
+      const auto offset = moved.template offset<D>(i, k, gradient.size());
+      motion_.pull_back(beside ? vector{offset + *beside} : vector{offset}, scaled, row);
     }
   }
 
@@ -160,36 +136,22 @@ class warp_engine {
   /// The step from `current`, with `judge` to say whether it makes the energy smaller.
   struct step {
     motions_type motions;
-    warp_sums sums;
+    pair_totals totals;
     transform_change change;
     index_t unsupported_nodes = 0;
     double energy = 0;  ///< Of `current`.
   };
   [[nodiscard]] step improve(const motions_type& current, const data_writer& write,
-                             const data_judge& judge) const;
+                             const data_judge& judge, warp_memory& memory) const;
 
  private:
-  /// linear · (p − node). One coordinate at a time: what Eigen makes of it waits for memory.
-  static void turn(const matrix& linear, const vector& p, const vector& node, vector& out) {
-    const index_t d = p.size();
-    out = vector::Zero(d);
-    for (index_t j = 0; j < d; ++j) {
-      const double along = p[j] - node[j];
-      for (index_t i = 0; i < d; ++i) out[i] += linear(i, j) * along;
-    }
-  }
-
-  /// The weights of the regulariser's terms, in the order of their lists.
-  struct fixed_weights {
-    std::vector<double> forward, backward;
-  };
-  void write_link(const motions_type& motions, index_t link, fixed_weights& weights,
+  void write_link(const motions_type& motions, index_t link, link_weights& weights,
                   row_buffer& rows) const;
   void write_rigidity(const motions_type& motions, std::int32_t node, row_buffer& rows) const;
   [[nodiscard]] vector disagreement(const motions_type& motions, std::int32_t from,
                                     std::int32_t to) const;
   [[nodiscard]] double regularity(const motions_type& motions, const motions_type& before,
-                                  const fixed_weights& weights) const;
+                                  const link_weights& weights) const;
   [[nodiscard]] motions_type moved(const motions_type& motions, const std::vector<double>& unknowns,
                                    transform_change& change) const;
 
@@ -234,7 +196,7 @@ auto warp_engine<S, D, Motion>::disagreement(const motions_type& motions, std::i
 
 template <Scalar S, int D, MotionModel Motion>
 void warp_engine<S, D, Motion>::write_link(const motions_type& motions, index_t link,
-                                           fixed_weights& weights, row_buffer& rows) const {
+                                           link_weights& weights, row_buffer& rows) const {
   const auto [first, second] = graph_->links[link];
   const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
   const vector none = vector::Zero(d);
@@ -287,7 +249,7 @@ void warp_engine<S, D, Motion>::write_rigidity(const motions_type& motions, std:
 template <Scalar S, int D, MotionModel Motion>
 double warp_engine<S, D, Motion>::regularity(const motions_type& motions,
                                              const motions_type& before,
-                                             const fixed_weights& weights) const {
+                                             const link_weights& weights) const {
   double sum = 0;
   const bool is_shape = options_.regularizer == warp_regularizer::shape;
   for (std::size_t link = 0; link < graph_->links.size(); ++link) {
@@ -334,14 +296,15 @@ auto warp_engine<S, D, Motion>::moved(const motions_type& motions,
 
 template <Scalar S, int D, MotionModel Motion>
 auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_writer& write,
-                                        const data_judge& judge) const -> step {
+                                        const data_judge& judge, warp_memory& memory) const
+    -> step {
   const execution how{.threads = options_.threads};
-  fixed_weights weights;
+  link_weights& weights = memory.links;
   weights.forward.assign(graph_->links.size(), 0);
   weights.backward.assign(graph_->links.size(), 0);
   const index_t links = std::ssize(graph_->links);
   step found;
-  found.sums = equations_.sum(
+  const warp_sums& sums = equations_.sum(
       [&](index_t list, row_buffer& rows) {
         if (list < data_lists_)
           write(list, rows);
@@ -350,13 +313,14 @@ auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_
         else
           write_rigidity(current, static_cast<std::int32_t>(list - data_lists_ - links), rows);
       },
-      how);
+      how, memory.equations);
   found.motions = current;
-  found.energy = found.sums.energy;
+  found.totals = sums.totals;
+  found.energy = sums.energy;
 
   std::vector<char> is_reached(static_cast<std::size_t>(equations_.nodes()), 0);
   for (index_t list = 0; list < data_lists_; ++list)
-    if (found.sums.has_rows[list])
+    if (sums.has_rows[list])
       for (const auto node : equations_.lists()[list]) is_reached[node] = 1;
   for (const char reached : is_reached) found.unsupported_nodes += reached == 0;
 
@@ -368,7 +332,7 @@ auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_
   // The first is enough to keep what nothing determines from being determined by rounding.
   for (double damping = 1e-8; damping < 1e4; damping *= 100) {
     transform_change change{.rounding = found.change.rounding};
-    auto motions = moved(current, equations_.solve(found.sums, damping), change);
+    auto motions = moved(current, equations_.solve(damping, memory.equations), change);
     const auto [energy, moved_by] = judge(motions);
     const double total = energy + regularity(motions, current, weights);
     if (!(total <= found.energy * (1 + 1e-12))) continue;

@@ -102,24 +102,30 @@ warp_equations::warp_equations(index_t nodes, index_t unknowns_per_node, node_li
   gradient_ = scatter(lists_.nodes, node_groups, nodes);
 }
 
-warp_sums warp_equations::sum(const std::function<void(index_t, row_buffer&)>& write,
-                              const execution& how) const {
+const warp_sums& warp_equations::sum(const std::function<void(index_t, row_buffer&)>& write,
+                                     const execution& how, equation_memory& memory) const {
   const index_t u = unknowns_per_node(), block_size = u * u;
   const auto sum_rows =
       detail::for_target(static_cast<int>(current_vector_target()),
                          []<detail::kernel_target V> { return detail::row_products_in<V>(); });
   const index_t groups = std::ssize(blocks_.offsets) - 1;
-  std::vector<double> blocks(static_cast<std::size_t>(blocks_.offsets.back() * block_size));
-  std::vector<double> gradient(static_cast<std::size_t>(gradient_.offsets.back() * u));
+  auto& [sums, blocks, gradient, damped, step, factor] = memory;
+  blocks.resize(static_cast<std::size_t>(blocks_.offsets.back() * block_size));
+  gradient.resize(static_cast<std::size_t>(gradient_.offsets.back() * u));
   struct partial {
     double energy = 0;
     pair_totals totals;
   };
   std::vector<partial> partials(static_cast<std::size_t>(groups));
-  warp_sums sums;
+  sums.energy = 0;
+  sums.totals = {};
   sums.has_rows.assign(static_cast<std::size_t>(lists_.size()), 0);
 
   parallel_blocks(lists_.size(), lists_at_once, how, [&](index_t g, index_t begin, index_t end) {
+    std::fill(blocks.begin() + blocks_.offsets[g] * block_size,
+              blocks.begin() + blocks_.offsets[g + 1] * block_size, 0.0);
+    std::fill(gradient.begin() + gradient_.offsets[g] * u,
+              gradient.begin() + gradient_.offsets[g + 1] * u, 0.0);
     row_buffer rows;
     std::vector<double> products, slope;
     auto& [energy, totals] = partials[g];
@@ -162,7 +168,7 @@ warp_sums warp_equations::sum(const std::function<void(index_t, row_buffer&)>& w
     sums.totals.squared_residual += totals.squared_residual;
     sums.totals.squared_distance += totals.squared_distance;
   }
-  const auto gather = [&](const scattered& from, const std::vector<double>& parts, index_t size,
+  const auto gather = [&](const scattered& from, const buffer<double>& parts, index_t size,
                           std::vector<double>& out) {
     out.assign((from.sources.size() - 1) * static_cast<std::size_t>(size), 0);
     parallel_for(std::ssize(from.sources) - 1, {.threads = how.threads}, [&](index_t i) {
@@ -175,15 +181,18 @@ warp_sums warp_equations::sum(const std::function<void(index_t, row_buffer&)>& w
   return sums;
 }
 
-std::vector<double> warp_equations::solve(const warp_sums& sums, double damping) const {
-  const index_t u = unknowns_per_node(), n = nodes();
-  const auto& offsets = solver_.pattern().offsets();
-  std::vector<double> damped = sums.blocks, step(sums.gradient.size());
-  for (index_t node = 0; node < n; ++node)
-    for (index_t k = 0; k < u; ++k) damped[offsets[node] * u * u + k * (u + 1)] *= 1 + damping;
-  std::ranges::transform(sums.gradient, step.begin(), std::negate{});
-  solver_.factorize(damped).solve(step);
-  return step;
+const std::vector<double>& warp_equations::solve(double damping, equation_memory& memory) const {
+  const index_t u = unknowns_per_node();
+  const auto offsets = solver_.pattern().offsets();
+  memory.damped = memory.sums.blocks;
+  for (index_t node = 0; node < nodes(); ++node)
+    for (index_t k = 0; k < u; ++k)
+      memory.damped[offsets[node] * u * u + k * (u + 1)] *= 1 + damping;
+  memory.step.resize(memory.sums.gradient.size());
+  std::ranges::transform(memory.sums.gradient, memory.step.begin(), std::negate{});
+  solver_.factorize(memory.damped, memory.factor);
+  memory.factor.solve(memory.step);
+  return memory.step;
 }
 
 }  // namespace cilantro

@@ -7,6 +7,7 @@ export module cilantro.registration:warp_equations;
 import cilantro.standard;
 import cilantro.core;
 import cilantro.numeric;
+import cilantro.search;
 import :estimation;
 
 namespace cilantro {
@@ -57,6 +58,14 @@ struct warp_sums {
   std::vector<char> has_rows;  ///< For each list.
 };
 
+/// What is kept from one sum to the next, so that memory is allocated once.
+struct equation_memory {
+  warp_sums sums;
+  buffer<double> blocks, gradient;  ///< Sums of groups of lists.
+  std::vector<double> damped, step;
+  block_factor factor;
+};
+
 /// Sums rows into blocks, and solves for the unknowns. Immutable, and may be shared by threads.
 class warp_equations {
  public:
@@ -67,13 +76,13 @@ class warp_equations {
   [[nodiscard]] index_t unknowns_per_node() const { return solver_.block_size(); }
 
   /// `write(list, rows)` adds the rows of a list, and is called once for each, from several threads
-  /// at once. The same bits for any number of threads.
-  [[nodiscard]] warp_sums sum(const std::function<void(index_t list, row_buffer& rows)>& write,
-                              const execution& how) const;
+  /// at once. The same bits for any number of threads. Returns what is in `memory`.
+  const warp_sums& sum(const std::function<void(index_t list, row_buffer& rows)>& write,
+                       const execution& how, equation_memory& memory) const;
 
-  /// The unknowns of a Gauss–Newton step, each damped by `damping` times its own entry on the
-  /// diagonal. Those that nothing determines are 0.
-  [[nodiscard]] std::vector<double> solve(const warp_sums& sums, double damping) const;
+  /// The unknowns of a Gauss–Newton step for the sums in `memory`, each damped by `damping` times
+  /// its own entry on the diagonal. Those that nothing determines are 0.
+  const std::vector<double>& solve(double damping, equation_memory& memory) const;
 
  private:
   node_lists lists_;

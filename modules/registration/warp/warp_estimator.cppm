@@ -17,18 +17,20 @@ import :warp_field;
 
 namespace cilantro {
 
-/// Pairs by source point.
+/// Pairs by source point: those of point s are from `first[s]` to `first[s + 1]`.
 template <Scalar S>
 struct pairs_by_source {
   std::span<const correspondence<S>> pairs;
-  std::vector<std::int32_t> first;  ///< For each source point, and one more.
-
-  pairs_by_source(std::span<const correspondence<S>> all, index_t sources)
-      : pairs{all}, first(static_cast<std::size_t>(sources) + 1, 0) {
-    for (const auto& pair : all) ++first[pair.source + 1];
-    for (index_t i = 0; i < sources; ++i) first[i + 1] += first[i];
-  }
+  std::span<const std::int32_t> first;
 };
+template <Scalar S>
+[[nodiscard]] pairs_by_source<S> sort_by_source(std::span<const correspondence<S>> pairs,
+                                                index_t sources, std::vector<std::int32_t>& first) {
+  first.assign(static_cast<std::size_t>(sources) + 1, 0);
+  for (const auto& pair : pairs) ++first[pair.source + 1];
+  for (index_t i = 0; i < sources; ++i) first[i + 1] += first[i];
+  return {pairs, first};
+}
 
 /// The weight of a term for a pair, of all its factors and kernels.
 template <int D, class Term, class Pairs, class Kernel>
@@ -65,6 +67,7 @@ export template <Scalar S, int D, class Metric = point_to_plane, MotionModel Mot
 class warp_estimator {
  public:
   using transform_type = warp_field<S, D, Motion>;
+  using memory = warp_memory;
 
   /// Throws `invalid_input` if the graph is not of the source, if the metric needs normals that a
   /// surface does not have, or that are not of unit length, for surfaces of different dimension or
@@ -102,17 +105,31 @@ class warp_estimator {
   /// about N^1.5 · unknowns³.
   [[nodiscard]] registration_step<transform_type> estimate(
       const transform_type& current, std::span<const correspondence<S>> pairs) const {
-    return estimate_all(current, std::array{pairs});
+    memory fresh;
+    return estimate(current, pairs, fresh);
+  }
+  [[nodiscard]] registration_step<transform_type> estimate(const transform_type& current,
+                                                           std::span<const correspondence<S>> pairs,
+                                                           memory& known) const {
+    return estimate_all(current, std::array{pairs}, known);
   }
   /// As above, with separate pairs for each term of a combined metric.
   template <std::size_t N>
     requires(is_combined<Metric>)
   [[nodiscard]] registration_step<transform_type> estimate(
       const transform_type& current, const std::array<correspondences<S>, N>& pairs) const {
+    memory fresh;
+    return estimate(current, pairs, fresh);
+  }
+  template <std::size_t N>
+    requires(is_combined<Metric>)
+  [[nodiscard]] registration_step<transform_type> estimate(
+      const transform_type& current, const std::array<correspondences<S>, N>& pairs,
+      memory& known) const {
     static_assert(N == Metric::size, "there must be one searcher for each term of the metric");
     std::array<std::span<const correspondence<S>>, N> all;
     for (std::size_t i = 0; i < N; ++i) all[i] = pairs[i];
-    return estimate_all(current, all);
+    return estimate_all(current, all, known);
   }
 
  private:
@@ -137,13 +154,13 @@ class warp_estimator {
     });
   }
 
-  [[nodiscard]] matched_pair<C> pair_of(const anchor_frames<C>& frames, const vector& place,
-                                        std::int32_t s, index_t t) const {
+  [[nodiscard]] matched_pair<C> pair_of(const node_motions<C>& motions, index_t list,
+                                        const vector& place, std::int32_t s, index_t t) const {
     return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
         place, surfaces_.target, s, t, [&] {
-          const double* const weights = engine_->weights_of(s);
-          typename engine::matrix linear = weights[0] * frames.linear[0];
-          for (std::size_t k = 1; k < frames.count; ++k) linear += weights[k] * frames.linear[k];
+          const auto nodes = engine_->nodes_of(list);
+          const typename engine::matrix linear = blended<S, C>::linear(
+              motions, nodes, std::span{engine_->weights_of(s), nodes.size()});
           const vector n = surfaces_.source.normals[s].template cast<double>();
           if constexpr (RigidMap<typename transform_type::transform_type>)
             return vector{linear * n};
@@ -154,45 +171,49 @@ class warp_estimator {
         });
   }
 
+  /// The pairs of a step, and what is known about them.
+  template <std::size_t Lists>
+  struct step_pairs {
+    std::array<pairs_by_source<S>, Lists> lists;
+    memory& known;
+
+    [[nodiscard]] bool has(std::int32_t s) const {
+      for (const auto& list : lists)
+        if (list.first[s] != list.first[s + 1]) return true;
+      return false;
+    }
+  };
+
   template <std::size_t Lists>
   [[nodiscard]] registration_step<transform_type> estimate_all(
       const transform_type& current,
-      const std::array<std::span<const correspondence<S>>, Lists>& all) const {
+      const std::array<std::span<const correspondence<S>>, Lists>& all, memory& known) const {
     expects(current.graph() == graph_,
             "warp_estimator: the field is of another graph; resample it first");
     registration_step<transform_type> result{current, {}, {}};
     auto& fit = result.fit;
     fit.non_finite = surfaces_.non_finite;
     fit.unknowns = Motion::unknowns(surfaces_.dimension) * graph_.nodes().size();
-    const index_t sources = surfaces_.source.points.size();
     if (graph_.nodes().empty()) return result;
-    std::vector<pairs_by_source<S>> by_source;
-    for (const auto& pairs : all) {
-      expect_pairs_of(surfaces_, pairs);
-      by_source.emplace_back(pairs, sources);
+    const index_t sources = surfaces_.source.points.size();
+    known.weights.resize(Lists);
+    known.first.resize(Lists);
+    known.places.resize(static_cast<std::size_t>(sources * surfaces_.dimension));
+    step_pairs<Lists> pairs{{}, known};
+    for (std::size_t l = 0; l < Lists; ++l) {
+      expect_pairs_of(surfaces_, all[l]);
+      pairs.lists[l] = sort_by_source(all[l], sources, known.first[l]);
+      known.weights[l].assign(all[l].size() * terms(), 0);
     }
     index_t paired = 0;
-    for (index_t s = 0; s < sources; ++s)
-      paired += std::ranges::any_of(
-          by_source, [&](const auto& pairs) { return pairs.first[s] != pairs.first[s + 1]; });
+    for (std::int32_t s = 0; s < sources; ++s) paired += pairs.has(s);
     fit.overlap = surfaces_.overlap(paired);
 
-    // The weights of each pair in each term, as the rows have them.
-    std::array<std::vector<double>, Lists> weights;
-    for (std::size_t l = 0; l < Lists; ++l)
-      weights[l].assign(by_source[l].pairs.size() * terms(), 0);
-    buffer<double> places(static_cast<std::size_t>(sources * surfaces_.dimension));
-
-    const auto write = [&](index_t list, row_buffer& rows) {
-      const auto frames = engine_->frames_of(current.motions(), list);
-      for (const std::int32_t s : engine_->points_of(list))
-        write_point<Lists>(frames, s, by_source, weights, places.data(), rows);
-    };
-    const auto judge = [&](const node_motions<C>& motions) {
-      return judge_points<Lists>(motions, by_source, weights, places.data());
-    };
-    auto step = engine_->improve(current.motions(), write, judge);
-    const auto& totals = step.sums.totals;
+    auto step = engine_->improve(
+        current.motions(),
+        [&](index_t list, row_buffer& rows) { write_rows(current.motions(), list, pairs, rows); },
+        [&](const node_motions<C>& motions) { return judge(motions, pairs); }, known);
+    const auto& totals = step.totals;
     const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0.0; };
     fit.pairs = totals.pairs;
     fit.rmse = std::sqrt(share(totals.squared_distance, double(totals.pairs)));
@@ -203,94 +224,103 @@ class warp_estimator {
     return result;
   }
 
+  /// The rows of all points of a group.
   template <std::size_t Lists>
-  void write_point(const anchor_frames<C>& frames, std::int32_t s,
-                   const std::vector<pairs_by_source<S>>& by_source,
-                   std::array<std::vector<double>, Lists>& weights, double* places,
-                   row_buffer& rows) const {
-    bool is_moved = false;
-    anchored_place<C> moved;
-    for (std::size_t l = 0; l < Lists; ++l)
-      for (index_t i = by_source[l].first[s]; i < by_source[l].first[s + 1]; ++i) {
-        if (!is_moved) {
-          engine_->move(frames, s, moved);
-          std::copy_n(moved.place.data(), moved.place.size(), places + s * moved.place.size());
-          is_moved = true;
-        }
-        const auto& [source, t, distance] = by_source[l].pairs[i];
-        const auto pair = pair_of(frames, moved.place, s, t);
-        const double square = (pair.point - pair.target).squaredNorm();
-        if (!std::isfinite(square)) continue;
-        ++rows.totals.pairs;
-        rows.totals.squared_distance += square;
-        for_terms<Lists>(l, [&](std::size_t number, const auto& term, double factor, const auto& by,
-                                const auto& robust) {
-          const double weight = weight_of_term(term, factor, by, robust, engine_->options().robust,
-                                               pair, double(distance));
-          if (weight == 0) return;
-          weights[l][i * terms() + number] = weight;
-          const double scale = std::sqrt(weight);
-          bool has_rows = false;
-          const auto add = [&](double value, const vector& gradient, const vector* beside) {
-            if (!std::isfinite(value)) return;
-            engine_->write_row(moved, s, frames.count, gradient, beside, scale,
-                               rows.add(scale * value));
-            rows.totals.squared_residual += weight * value * value;
-            has_rows = true;
-          };
-          term(pair, [&](double value, const vector& gradient, const auto&... at) {
-            if constexpr (sizeof...(at) == 0) {
-              add(value, gradient, nullptr);
-            } else {
-              const vector beside = (at - ... - moved.place);
-              add(value, gradient, &beside);
-            }
+  void write_rows(const node_motions<C>& motions, index_t group, const step_pairs<Lists>& pairs,
+                  row_buffer& rows) const {
+    const index_t d = surfaces_.dimension;
+    moved_group moved;
+    move_group(engine_->graph(), motions, surfaces_.source.points, group, true, moved);
+    const auto points = engine_->points_of(group);
+    for (index_t i = 0; i < std::ssize(points); ++i) {
+      const std::int32_t s = points[i];
+      if (!pairs.has(s)) continue;
+      const vector place = moved.template place<C>(i, d);
+      std::copy_n(place.data(), d, pairs.known.places.data() + s * d);
+      for (std::size_t l = 0; l < Lists; ++l)
+        for (index_t p = pairs.lists[l].first[s]; p < pairs.lists[l].first[s + 1]; ++p) {
+          const auto& [source, t, distance] = pairs.lists[l].pairs[p];
+          const auto pair = pair_of(motions, group, place, s, t);
+          const double square = (pair.point - pair.target).squaredNorm();
+          if (!std::isfinite(square)) continue;
+          ++rows.totals.pairs;
+          rows.totals.squared_distance += square;
+          for_terms<Lists>(l, [&](std::size_t number, const auto& term, double factor,
+                                  const auto& by, const auto& robust) {
+            const double weight = weight_of_term(term, factor, by, robust,
+                                                 engine_->options().robust, pair, double(distance));
+            if (weight == 0) return;
+            pairs.known.weights[l][p * terms() + number] = weight;
+            const double scale = std::sqrt(weight);
+            bool has_rows = false;
+            const auto add = [&](double value, const vector& gradient, const vector* beside) {
+              if (!std::isfinite(value)) return;
+              engine_->write_row(moved, i, s, gradient, beside, scale, rows.add(scale * value));
+              rows.totals.squared_residual += weight * value * value;
+              has_rows = true;
+            };
+            term(pair, [&](double value, const vector& gradient, const auto&... at) {
+              if constexpr (sizeof...(at) == 0) {
+                add(value, gradient, nullptr);
+              } else {
+                const vector beside = (at - ... - place);
+                add(value, gradient, &beside);
+              }
+            });
+            if (has_rows) rows.totals.weight += weight;
           });
-          if (has_rows) rows.totals.weight += weight;
-        });
-      }
+        }
+    }
   }
 
+  /// What the residuals are under other motions, with the weights that they had.
   template <std::size_t Lists>
-  [[nodiscard]] typename engine::outcome judge_points(
-      const node_motions<C>& motions, const std::vector<pairs_by_source<S>>& by_source,
-      const std::array<std::vector<double>, Lists>& weights, const double* places) const {
-    struct sum_type {
+  [[nodiscard]] typename engine::outcome judge(const node_motions<C>& motions,
+                                               const step_pairs<Lists>& pairs) const {
+    struct sums {
       double energy = 0, farthest = 0;
-      sum_type& operator+=(const sum_type& other) {
+      sums& operator+=(const sums& other) {
         energy += other.energy;
         farthest = std::max(farthest, other.farthest);
         return *this;
       }
     };
-    const index_t lists = std::ssize(engine_->graph().groups) - 1;
-    const auto total = ordered_sum(
-        lists, {.threads = engine_->options().threads}, sum_type{},
-        [&](sum_type& sum, index_t list) {
-          const auto frames = engine_->frames_of(motions, list);
-          anchored_place<C> moved;
-          const vector& place = moved.place;
-          for (const std::int32_t s : engine_->points_of(list)) {
-            bool is_moved = false;
-            for (std::size_t l = 0; l < Lists; ++l)
-              for (index_t i = by_source[l].first[s]; i < by_source[l].first[s + 1]; ++i) {
-                if (!is_moved) {
-                  engine_->move(frames, s, moved);
-                  const Eigen::Map<const vector> before{places + s * place.size(), place.size()};
-                  sum.farthest = std::max(sum.farthest, (place - before).squaredNorm());
-                  is_moved = true;
-                }
-                const auto pair = pair_of(frames, place, s, by_source[l].pairs[i].target);
-                for_terms<Lists>(l, [&](std::size_t number, const auto& term, const auto&...) {
-                  const double weight = weights[l][i * terms() + number];
-                  if (weight == 0) return;
-                  term(pair,
-                       [&](double value, const auto&...) { sum.energy += weight * value * value; });
-                });
-              }
-          }
-        });
+    const index_t d = surfaces_.dimension;
+    const index_t groups = std::ssize(engine_->graph().groups) - 1;
+    constexpr index_t at_once = 256;
+    std::vector<sums> parts(static_cast<std::size_t>((groups + at_once - 1) / at_once));
+    parallel_blocks(groups, at_once, {.threads = engine_->options().threads},
+                    [&](index_t block, index_t begin, index_t end) {
+                      moved_group moved;
+                      for (index_t group = begin; group < end; ++group) {
+                        move_group(engine_->graph(), motions, surfaces_.source.points, group, false,
+                                   moved);
+                        const auto points = engine_->points_of(group);
+                        for (index_t i = 0; i < std::ssize(points); ++i)
+                          if (pairs.has(points[i]))
+                            judge_point(motions, group, points[i],
+                                        vector{moved.template place<C>(i, d)}, pairs, parts[block]);
+                      }
+                    });
+    sums total;
+    for (const auto& part : parts) total += part;
     return {total.energy, std::sqrt(total.farthest)};
+  }
+  template <std::size_t Lists, class Sums>
+  void judge_point(const node_motions<C>& motions, index_t group, std::int32_t s,
+                   const vector& place, const step_pairs<Lists>& pairs, Sums& sums) const {
+    const Eigen::Map<const vector> before{pairs.known.places.data() + s * place.size(),
+                                          place.size()};
+    sums.farthest = std::max(sums.farthest, (place - before).squaredNorm());
+    for (std::size_t l = 0; l < Lists; ++l)
+      for (index_t p = pairs.lists[l].first[s]; p < pairs.lists[l].first[s + 1]; ++p) {
+        const auto pair = pair_of(motions, group, place, s, pairs.lists[l].pairs[p].target);
+        for_terms<Lists>(l, [&](std::size_t number, const auto& term, const auto&...) {
+          const double weight = pairs.known.weights[l][p * terms() + number];
+          if (weight == 0) return;
+          term(pair, [&](double value, const auto&...) { sums.energy += weight * value * value; });
+        });
+      }
   }
 
   deformation_graph<S, D> graph_;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 
 #include "core/closed_spaces.hpp"
+#include "registration/kernels/move_by_anchors.hpp"
 module cilantro.registration;
 
 namespace cilantro {
@@ -31,6 +34,74 @@ local_motion<D> motion_at(const deformation_graph_data<S, D>& graph, const node_
 }
 
 }  // namespace
+
+template <Scalar S, int D>
+void move_group(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
+                points_view<S, D> points, index_t group, bool with_offsets, moved_group& out) {
+  const index_t d = motions.shifts.rows();
+  const std::int32_t* const indices = graph.order.data() + graph.groups[group];
+  const index_t count = graph.groups[group + 1] - graph.groups[group];
+  const std::int32_t* const nodes = graph.anchors.data() + indices[0] * graph.anchors_per_point;
+  index_t anchors = 0;
+  while (anchors < graph.anchors_per_point && nodes[anchors] >= 0) ++anchors;
+  out.anchors = anchors;
+  out.stride = D == 3 ? detail::place_stride : d;
+  if (const auto size = static_cast<std::size_t>(count * out.stride); out.places.size() < size)
+    out.places.resize(2 * size);
+  if (const auto size = static_cast<std::size_t>(count * anchors * out.stride);
+      with_offsets && out.offsets.size() < size)
+    out.offsets.resize(2 * size);
+
+  if constexpr (D == 3) {
+    std::array<detail::node_frame, most_anchors> frames;
+    for (index_t k = 0; k < anchors; ++k) {
+      auto& [before, after, linear] = frames[k] = {};
+      for (index_t i = 0; i < 3; ++i) {
+        before[i] = static_cast<double>(graph.nodes(i, nodes[k]));
+        after[i] = before[i] + motions.shifts(i, nodes[k]);
+      }
+      for (index_t j = 0; j < 3; ++j)
+        std::copy_n(motions.linear.data() + 9 * index_t(nodes[k]) + 3 * j, 3,
+                    linear + detail::place_stride * j);
+    }
+    static const auto move = detail::for_target(
+        static_cast<int>(current_vector_target()),
+        []<detail::kernel_target V> { return detail::move_by_anchors_in<V, S>(); });
+    move({points.data(), points.stride(), graph.weights.data(), graph.anchors_per_point, indices,
+          count, frames.data(), static_cast<int>(anchors)},
+         out.places.data(), with_offsets ? out.offsets.data() : nullptr);
+  } else {
+    for (index_t i = 0; i < count; ++i) {
+      const double* const weights = graph.weights.data() + indices[i] * graph.anchors_per_point;
+      Eigen::Map<point_vector<double, D>> place{out.places.data() + i * d, d};
+      place.setZero();
+      const point_vector<double, D> p = points[indices[i]].template cast<double>();
+      for (index_t k = 0; k < anchors; ++k) {
+        const point_vector<double, D> node = graph.nodes.col(nodes[k]).template cast<double>();
+        const point_vector<double, D> offset = motions.linear_of(nodes[k]) * (p - node);
+        place += weights[k] * (offset + (node + motions.shifts.col(nodes[k])));
+        if (with_offsets) std::copy_n(offset.data(), d, out.offsets.data() + (i * anchors + k) * d);
+      }
+    }
+  }
+}
+
+template <Scalar S, int D>
+void move_groups(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
+                 points_view<S, D> points, mutable_points_view<S, D> out, const execution& how) {
+  const index_t d = motions.shifts.rows();
+  for (index_t i = 0; i < out.size(); ++i)
+    if (graph.anchors[i * graph.anchors_per_point] < 0) out[i] = points[i];
+  parallel_blocks(std::ssize(graph.groups) - 1, 64, how, [&](index_t, index_t begin, index_t end) {
+    moved_group moved;
+    for (index_t group = begin; group < end; ++group) {
+      move_group(graph, motions, points, group, false, moved);
+      for (index_t i = graph.groups[group]; i < graph.groups[group + 1]; ++i)
+        out[graph.order[i]] =
+            moved.template place<D>(i - graph.groups[group], d).template cast<S>();
+    }
+  });
+}
 
 template <Scalar S, int D>
 std::optional<point_vector<double, D>> invert_field(const deformation_graph_data<S, D>& graph,
@@ -98,6 +169,10 @@ node_motions<D> composed_motions(const deformation_graph_data<S, D>& outer_graph
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template void move_group(const deformation_graph_data<S, D>&, const node_motions<D>&,         \
+                           points_view<S, D>, index_t, bool, moved_group&);                     \
+  template void move_groups(const deformation_graph_data<S, D>&, const node_motions<D>&,        \
+                            points_view<S, D>, mutable_points_view<S, D>, const execution&);    \
   template std::optional<point_vector<double, D>> invert_field(                                 \
       const deformation_graph_data<S, D>&, const node_motions<D>&,                              \
       const point_vector<double, D>&);                                                          \

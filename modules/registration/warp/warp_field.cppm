@@ -62,6 +62,31 @@ struct blended {
   }
 };
 
+/// Where the points of a group go, and what each of their anchors makes of them: linear · (p −
+/// node). The numbers of a vector lie next to each other, and vectors `stride` numbers apart.
+struct moved_group {
+  index_t stride = 0, anchors = 0;
+  std::vector<double> places, offsets;
+
+  template <int D>
+  [[nodiscard]] auto place(index_t i, index_t dimension) const {
+    return Eigen::Map<const point_vector<double, D>>{places.data() + i * stride, dimension};
+  }
+  template <int D>
+  [[nodiscard]] auto offset(index_t i, index_t anchor, index_t dimension) const {
+    return Eigen::Map<const point_vector<double, D>>{
+        offsets.data() + (i * anchors + anchor) * stride, dimension};
+  }
+};
+/// Moves a group of the graph's points, which lie at `points`.
+template <Scalar S, int D>
+void move_group(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
+                points_view<S, D> points, index_t group, bool with_offsets, moved_group& out);
+/// Moves all of them to `out`. Those without anchors stay.
+template <Scalar S, int D>
+void move_groups(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
+                 points_view<S, D> points, mutable_points_view<S, D> out, const execution& how);
+
 /// The point that a field moves to `place`, if the iteration for it converges. `is_rigid` as below.
 template <Scalar S, int D>
 [[nodiscard]] std::optional<point_vector<double, D>> invert_field(
@@ -115,6 +140,19 @@ class warp_field {
   /// part, or its inverse transpose unless motions are rigid. Precondition: 0 <= i < size().
   [[nodiscard]] point_vector<S, D> normal(index_t i, const point_vector<S, D>& n) const {
     return turned(graph_.anchors(i), graph_.weights(i), n);
+  }
+
+  /// The same for all points of the graph, which lie at `points`, faster than one by one. Throws
+  /// `invalid_input` unless points and output have the size of the graph's points.
+  void move_all(points_view<S, D> points, mutable_points_view<S, D> out,
+                const execution& how = {}) const {
+    for (const index_t count : {points.size(), out.size()})
+      expects(count == size(), "warp_field: there must be one point for each of the graph's");
+    if (size() == 0) return;
+    expects(points.dimension() == dimension() && out.dimension() == dimension(),
+            "warp_field: the points are of another dimension");
+    move_groups<S, C>(graph_.data(), motions_, points_view<S, C>{points},
+                      mutable_points_view<S, C>{out}, how);
   }
 
   /// Where any point goes, with the nodes nearest to it as its anchors. One that is not finite
@@ -269,15 +307,20 @@ export template <Scalar S, int D, MotionModel Motion>
   return warp_step<S, D, Motion>{std::move(field), std::move(how)};
 }
 
-#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                \
-  extern template std::optional<point_vector<double, D>> invert_field(                   \
-      const deformation_graph_data<S, D>&, const node_motions<D>&,                       \
-      const point_vector<double, D>&);                                                   \
-  extern template node_motions<D> resampled_motions(const deformation_graph_data<S, D>&, \
-                                                    const node_motions<D>&,              \
-                                                    const point_matrix<S, D>&, bool);    \
-  extern template node_motions<D> composed_motions(                                      \
-      const deformation_graph_data<S, D>&, const node_motions<D>&,                       \
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                       \
+  extern template void move_group(const deformation_graph_data<S, D>&, const node_motions<D>&,  \
+                                  points_view<S, D>, index_t, bool, moved_group&);              \
+  extern template void move_groups(const deformation_graph_data<S, D>&, const node_motions<D>&, \
+                                   points_view<S, D>, mutable_points_view<S, D>,                \
+                                   const execution&);                                           \
+  extern template std::optional<point_vector<double, D>> invert_field(                          \
+      const deformation_graph_data<S, D>&, const node_motions<D>&,                              \
+      const point_vector<double, D>&);                                                          \
+  extern template node_motions<D> resampled_motions(const deformation_graph_data<S, D>&,        \
+                                                    const node_motions<D>&,                     \
+                                                    const point_matrix<S, D>&, bool);           \
+  extern template node_motions<D> composed_motions(                                             \
+      const deformation_graph_data<S, D>&, const node_motions<D>&,                              \
       const deformation_graph_data<S, D>&, const node_motions<D>&, bool);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE

@@ -77,13 +77,16 @@ void block_cholesky::factorize(std::span<const double> values, block_factor& reu
     expects(kernel.assemble(whole, e.blocks.data() + f.blocks, f.blocks_end - f.blocks,
                             static_cast<int>(e.block), values.data(), least),
             "block_cholesky: all values must be finite");
-    if (!f.is_leaf) kernel.clear(whole);
-    for (auto c = newest[i]; c >= 0; c = previous[c]) {
-      const front& child = e.fronts[c];
-      kernel.add(whole, e.runs.data() + child.runs, child.runs_end - child.runs,
-                 scratch + child.update, child.update_stride);
-    }
-    reused.undetermined_ += kernel.eliminate(whole, least, f.is_leaf);
+    const auto add_children = [&](const auto& add) {
+      for (auto c = newest[i]; c >= 0; c = previous[c]) {
+        const front& child = e.fronts[c];
+        add(whole, e.runs.data() + child.runs, child.runs_end - child.runs, scratch + child.update,
+            child.update_stride);
+      }
+    };
+    add_children(kernel.add_to_panel);
+    reused.undetermined_ += kernel.eliminate(whole, least);
+    add_children(kernel.add_to_update);
     if (f.parent >= 0) previous[i] = std::exchange(newest[f.parent], static_cast<std::int32_t>(i));
   }
   // Only rows of undetermined unknowns can have overflowed, and these are 0 whatever they hold.

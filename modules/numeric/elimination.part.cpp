@@ -28,8 +28,6 @@ struct front {
   /// The front in which the first of its rows is eliminated, and which takes its update; −1 if it
   /// has none.
   std::int32_t parent;
-  /// Whether no child adds to its update.
-  bool is_leaf;
   /// Its part of the lists below.
   index_t rows, rows_end, blocks, blocks_end, runs, runs_end;
   /// In the factor, and in the scratch memory.
@@ -185,7 +183,6 @@ void number(elimination& e, const block_columns& all, const std::vector<column_g
     front f{};
     f.parent = parent;
     f.columns = static_cast<std::int32_t>(g.columns.size());
-    f.is_leaf = g.children.empty();
     fronts.push_back(f);
     group_of_front.push_back(group);
     order.insert(order.end(), g.columns.rbegin(), g.columns.rend());

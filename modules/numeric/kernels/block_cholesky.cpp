@@ -119,7 +119,7 @@ void eliminate_rows(double* rows, std::ptrdiff_t stride, const double* square, i
   }
 }
 
-int eliminate(const dense_front& f, const double* least, bool fresh) {
+int eliminate(const dense_front& f, const double* least) {
   const std::ptrdiff_t stride = f.panel_stride;
   const int height = f.own_rows + f.rows_below;
   int undetermined = 0;
@@ -147,7 +147,7 @@ int eliminate(const dense_front& f, const double* least, bool fresh) {
         subtract<Fresh>(to, f.update_stride, done + j, done + j, stride, end - begin,
                         f.rows_below - j, strip);
       };
-      if (fresh && begin == 0)
+      if (begin == 0)
         subtract_all.template operator()<true>();
       else
         subtract_all.template operator()<false>();
@@ -166,40 +166,39 @@ void clear_columns(double* columns, std::ptrdiff_t stride, int count, int height
     for (int i = j / strip * strip; i < height; i += strip) store(columns + j * stride + i, zero);
 }
 
-void clear(const dense_front& f) {
-  clear_columns(f.update, f.update_stride, f.rows_below, f.rows_below);
+/// Copies a block, and says whether it is finite.
+template <int Block, bool Transposed>
+CILANTRO_ALWAYS_INLINE bool copy_block(double* to, std::ptrdiff_t stride, const double* from,
+                                       int block, bool is_lower) {
+  if constexpr (Block > 0) block = Block;
+  bool is_finite = true;
+  for (int j = 0; j < block; ++j)
+    for (int i = is_lower ? j : 0; i < block; ++i) {
+      const double v = from[j * block + i];
+      is_finite &= v - v == 0;
+      to[Transposed ? i * stride + j : j * stride + i] = v;
+    }
+  return is_finite;
 }
 
 template <int Block>
 bool assemble(const dense_front& f, const placed_block* blocks, std::ptrdiff_t count, int block,
               const double* values, double* least) {
-  if constexpr (Block > 0) block = Block;
   clear_columns(f.panel, f.panel_stride, f.columns, f.own_rows + f.rows_below);
-  double difference = 0;
+  bool is_finite = true;
   for (const placed_block* b = blocks; b < blocks + count; ++b) {
     const double* from = values + b->slot * block * block;
     double* to = f.panel + b->column * f.panel_stride + b->row;
-    if (b->row == b->column) {
-      for (int j = 0; j < block; ++j)
-        for (int i = j; i < block; ++i) {
-          const double v = from[j * block + i];
-          difference += v - v;
-          to[j * f.panel_stride + i] = v;
-        }
-      continue;
-    }
-    const std::ptrdiff_t down = b->is_transposed ? f.panel_stride : 1;
-    const std::ptrdiff_t right = b->is_transposed ? 1 : f.panel_stride;
-    for (int j = 0; j < block; ++j)
-      for (int i = 0; i < block; ++i) {
-        const double v = from[j * block + i];
-        difference += v - v;
-        to[j * right + i * down] = v;
-      }
+    if (b->row == b->column)
+      is_finite &= copy_block<Block, false>(to, f.panel_stride, from, block, true);
+    else if (b->is_transposed)
+      is_finite &= copy_block<Block, true>(to, f.panel_stride, from, block, false);
+    else
+      is_finite &= copy_block<Block, false>(to, f.panel_stride, from, block, false);
   }
   for (int j = 0; j < f.columns; ++j)
     least[j] = negligible * larger(f.panel[j * f.panel_stride + j], 0.0);
-  return difference == 0;
+  return is_finite;
 }
 
 bool assemble_any(const dense_front& f, const placed_block* blocks, std::ptrdiff_t count, int block,
@@ -229,21 +228,31 @@ CILANTRO_ALWAYS_INLINE void add_numbers(double* to, const double* from, int coun
   if (count & 1) add_one<double>(to, from);
 }
 
-void add(const dense_front& f, const row_run* runs, std::ptrdiff_t count, const double* update,
-         std::ptrdiff_t stride) {
-  const row_run* end = runs + count;
-  for (const row_run* run = runs; run < end; ++run) {
-    const bool is_own = run->to < f.own_rows;
-    const int shift = is_own ? 0 : f.own_rows;
-    const std::ptrdiff_t to_stride = is_own ? f.panel_stride : f.update_stride;
-    double* to = (is_own ? f.panel : f.update) + (run->to - shift) * to_stride - shift;
-    const double* from = update + run->from * stride;
-    for (int i = 0; i < run->length; ++i, to += to_stride, from += stride) {
-      add_numbers(to + run->to + i, from + run->from + i, run->length - i);
-      for (const row_run* r = run + 1; r < end; ++r)
-        add_numbers(to + r->to, from + r->from, r->length);
-    }
+/// Adds some columns of a child's update, those of `run` and of the runs behind it.
+CILANTRO_ALWAYS_INLINE void add_columns(double* to, std::ptrdiff_t to_stride, const double* from,
+                                        std::ptrdiff_t stride, const row_run* run,
+                                        const row_run* end) {
+  for (int i = 0; i < run->length; ++i, to += to_stride, from += stride) {
+    add_numbers(to + run->to + i, from + run->from + i, run->length - i);
+    for (const row_run* r = run + 1; r < end; ++r)
+      add_numbers(to + r->to, from + r->from, r->length);
   }
+}
+
+void add_to_panel(const dense_front& f, const row_run* runs, std::ptrdiff_t count,
+                  const double* update, std::ptrdiff_t stride) {
+  for (const row_run* run = runs; run < runs + count && run->to < f.own_rows; ++run)
+    add_columns(f.panel + run->to * f.panel_stride, f.panel_stride, update + run->from * stride,
+                stride, run, runs + count);
+}
+
+void add_to_update(const dense_front& f, const row_run* runs, std::ptrdiff_t count,
+                   const double* update, std::ptrdiff_t stride) {
+  // Rows are counted as in the panel.
+  for (const row_run* run = runs; run < runs + count; ++run)
+    if (run->to >= f.own_rows)
+      add_columns(f.update + (run->to - f.own_rows) * f.update_stride - f.own_rows, f.update_stride,
+                  update + run->from * stride, stride, run, runs + count);
 }
 
 // ---- Substitution
@@ -340,7 +349,7 @@ using namespace CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V>
 block_cholesky_kernels block_cholesky_kernels_in() {
-  return {assemble_any, clear, add, eliminate, forward, backward};
+  return {assemble_any, add_to_panel, eliminate, add_to_update, forward, backward};
 }
 template block_cholesky_kernels block_cholesky_kernels_in<this_target>();
 

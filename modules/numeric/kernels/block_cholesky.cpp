@@ -228,31 +228,32 @@ CILANTRO_ALWAYS_INLINE void add_numbers(double* to, const double* from, int coun
   if (count & 1) add_one<double>(to, from);
 }
 
-/// Adds some columns of a child's update, those of `run` and of the runs behind it.
-CILANTRO_ALWAYS_INLINE void add_columns(double* to, std::ptrdiff_t to_stride, const double* from,
-                                        std::ptrdiff_t stride, const row_run* run,
-                                        const row_run* end) {
-  for (int i = 0; i < run->length; ++i, to += to_stride, from += stride) {
-    add_numbers(to + run->to + i, from + run->from + i, run->length - i);
+/// Adds those columns of a child's update that are in `run`, with their rows in it and in the runs
+/// behind. `to` has its first row `shift` rows below that of the panel.
+CILANTRO_ALWAYS_INLINE void add_columns(double* to, std::ptrdiff_t to_stride, int shift,
+                                        const double* update, std::ptrdiff_t stride,
+                                        const row_run* run, const row_run* end) {
+  to += (run->to - shift) * to_stride;
+  update += run->from * stride;
+  for (int i = 0; i < run->length; ++i, to += to_stride, update += stride) {
+    add_numbers(to + (run->to - shift) + i, update + run->from + i, run->length - i);
     for (const row_run* r = run + 1; r < end; ++r)
-      add_numbers(to + r->to, from + r->from, r->length);
+      add_numbers(to + (r->to - shift), update + r->from, r->length);
   }
 }
 
 void add_to_panel(const dense_front& f, const row_run* runs, std::ptrdiff_t count,
                   const double* update, std::ptrdiff_t stride) {
-  for (const row_run* run = runs; run < runs + count && run->to < f.own_rows; ++run)
-    add_columns(f.panel + run->to * f.panel_stride, f.panel_stride, update + run->from * stride,
-                stride, run, runs + count);
+  for (const row_run* run = runs; run < runs + count; ++run)
+    if (run->to < f.own_rows)
+      add_columns(f.panel, f.panel_stride, 0, update, stride, run, runs + count);
 }
 
 void add_to_update(const dense_front& f, const row_run* runs, std::ptrdiff_t count,
                    const double* update, std::ptrdiff_t stride) {
-  // Rows are counted as in the panel.
   for (const row_run* run = runs; run < runs + count; ++run)
     if (run->to >= f.own_rows)
-      add_columns(f.update + (run->to - f.own_rows) * f.update_stride - f.own_rows, f.update_stride,
-                  update + run->from * stride, stride, run, runs + count);
+      add_columns(f.update, f.update_stride, f.own_rows, update, stride, run, runs + count);
 }
 
 // ---- Substitution

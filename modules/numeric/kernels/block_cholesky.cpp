@@ -17,7 +17,7 @@ constexpr int strip = front_strip;
 using whole_strip = vec<double, strip>;
 
 /// Columns that are eliminated before what is right of them is touched: as many as stay near.
-constexpr int near = 48;
+constexpr int near = 64;
 
 /// A pivot is as good as zero below this part of what it was.
 constexpr double negligible = 1e-12;

@@ -27,12 +27,14 @@ struct front {
   /// The front in which the first of its rows is eliminated, and which takes its update; −1 if it
   /// has none.
   std::int32_t parent;
+  /// The last of those whose updates it takes, and the one before it that has the same parent; −1
+  /// if there is none.
+  std::int32_t child, sibling;
   /// Its part of the lists below.
   index_t rows, rows_end, blocks, blocks_end, runs, runs_end;
   /// In the factor, and in the scratch memory.
   index_t panel, update;
-  /// As in `detail::dense_front`.
-  index_t panel_stride, update_stride, own_rows, rows_below;
+  detail::front_shape shape;
 };
 
 struct elimination {
@@ -76,6 +78,7 @@ void number(elimination& e, const block_columns& all, const std::vector<column_g
     const column_group& g = groups[group];
     front f{};
     f.parent = parent;
+    f.child = f.sibling = -1;
     f.columns = static_cast<std::int32_t>(g.columns.size());
     fronts.push_back(f);
     group_of_front.push_back(group);
@@ -88,9 +91,12 @@ void number(elimination& e, const block_columns& all, const std::vector<column_g
   const places at = inverse_of(order);
   const auto count = static_cast<std::int32_t>(fronts.size());
   std::int32_t first = 0;
-  for (index_t i = 0; i < count; ++i) {
+  for (std::int32_t i = 0; i < count; ++i) {
     front& f = fronts[i];
-    if (f.parent >= 0) f.parent = count - 1 - f.parent;
+    if (f.parent >= 0) {
+      f.parent = count - 1 - f.parent;
+      f.sibling = std::exchange(fronts[f.parent].child, i);
+    }
     f.first = std::exchange(first, first + f.columns);
     f.rows = std::ssize(e.rows);
     for (const auto row : all.below[group_of_front[i]]) e.rows.push_back(at[row]);
@@ -114,19 +120,22 @@ void lay_out(elimination& e) {
   std::vector<index_t> bottoms(e.fronts.size(), -1);
   for (index_t i = 0; i < std::ssize(e.fronts); ++i) {
     front& f = e.fronts[i];
-    f.own_rows = in_strips(f.columns * e.block);
-    f.rows_below = in_strips((f.rows_end - f.rows) * e.block);
-    f.panel_stride = stride_for(f.own_rows + f.rows_below);
-    f.update_stride = stride_for(f.rows_below);
+    const index_t own = in_strips(f.columns * e.block);
+    const index_t below = in_strips((f.rows_end - f.rows) * e.block);
+    f.shape = {.panel_stride = stride_for(own + below),
+               .update_stride = stride_for(below),
+               .columns = static_cast<int>(f.columns * e.block),
+               .own_rows = static_cast<int>(own),
+               .rows_below = static_cast<int>(below)};
     f.panel = e.factor_size;
-    e.factor_size += f.panel_stride * f.columns * e.block;
+    e.factor_size += f.shape.panel_stride * f.shape.columns;
     f.update = tops[is_odd[i]];
-    tops[is_odd[i]] += f.update_stride * f.rows_below;
+    tops[is_odd[i]] += f.shape.update_stride * below;
     most[is_odd[i]] = std::max(most[is_odd[i]], tops[is_odd[i]]);
     if (bottoms[i] >= 0) tops[!is_odd[i]] = bottoms[i];
     if (f.parent >= 0 && bottoms[f.parent] < 0) bottoms[f.parent] = f.update;
-    e.most_rows = std::max(e.most_rows, f.own_rows + f.rows_below);
-    e.most_columns = std::max(e.most_columns, f.own_rows);
+    e.most_rows = std::max(e.most_rows, own + below);
+    e.most_columns = std::max(e.most_columns, own);
   }
   for (index_t i = 0; i < std::ssize(e.fronts); ++i)
     if (is_odd[i]) e.fronts[i].update += most[0];
@@ -139,7 +148,7 @@ std::int32_t row_in(const elimination& e, const front& f, std::int32_t place) {
   if (own < f.columns) return static_cast<std::int32_t>(own * e.block);
   const auto rows = std::span{e.rows}.subspan(f.rows, f.rows_end - f.rows);
   return static_cast<std::int32_t>(
-      f.own_rows + (std::ranges::lower_bound(rows, place) - rows.begin()) * e.block);
+      f.shape.own_rows + (std::ranges::lower_bound(rows, place) - rows.begin()) * e.block);
 }
 
 /// Which rows of each front follow each other in its parent.
@@ -151,7 +160,7 @@ void find_runs(elimination& e) {
       const auto to = row_in(e, parent, e.rows[k]);
       const auto block = static_cast<std::int32_t>(e.block);
       if (std::ssize(e.runs) > f.runs && e.runs.back().to + e.runs.back().length == to &&
-          to != parent.own_rows)
+          to != parent.shape.own_rows)
         e.runs.back().length += block;
       else
         e.runs.push_back({static_cast<std::int32_t>((k - f.rows) * e.block), to, block});

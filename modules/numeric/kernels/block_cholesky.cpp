@@ -274,14 +274,14 @@ void forward_strip(const double* columns, std::ptrdiff_t stride, int height, dou
   }
 }
 
-void forward(const dense_front& f, double* own, const std::int32_t* rows, int count, int block,
-             double* x, double* work) {
+void forward(const front_shape& f, const double* panel, double* own, const std::int32_t* rows,
+             int count, int block, double* x, double* work) {
   const int height = f.own_rows + f.rows_below;
   for (int i = 0; i < f.columns; ++i) work[i] = own[i];
   for (int i = f.columns; i < height; ++i) work[i] = 0;
   for (int j = 0; j < f.columns; j += strip)
     with_constant<strip + 1>(smaller(strip, f.columns - j), [&]<int Width> {
-      forward_strip<Width>(f.panel + j * f.panel_stride + j, f.panel_stride, height - j, work + j);
+      forward_strip<Width>(panel + j * f.panel_stride + j, f.panel_stride, height - j, work + j);
     });
   for (int i = 0; i < f.columns; ++i) own[i] = work[i];
   const double* from = work + f.own_rows;
@@ -310,8 +310,8 @@ CILANTRO_ALWAYS_INLINE void subtract_below(const double* columns, std::ptrdiff_t
   for (int j = 0; j < Width; ++j) x[j] -= sum_of(sums[j]);
 }
 
-void backward(const dense_front& f, double* own, const std::int32_t* rows, int count, int block,
-              const double* x, double* work) {
+void backward(const front_shape& f, const double* panel, double* own, const std::int32_t* rows,
+              int count, int block, const double* x, double* work) {
   const int height = f.own_rows + f.rows_below;
   constexpr int at_once = is_widest ? 8 : this_target == kernel_target::avx2 ? 4 : 2;
   for (int i = 0; i < f.columns; ++i) work[i] = own[i];
@@ -322,7 +322,7 @@ void backward(const dense_front& f, double* own, const std::int32_t* rows, int c
     for (int i = 0; i < block; ++i) to[i] = from[i];
   }
   for (int j = (f.columns - 1) / strip * strip; j >= 0; j -= strip) {
-    const double* square = f.panel + j * f.panel_stride + j;
+    const double* square = panel + j * f.panel_stride + j;
     const int width = smaller(strip, f.columns - j), below = height - j - strip;
     int k = 0;
     for (; k + at_once <= width; k += at_once)

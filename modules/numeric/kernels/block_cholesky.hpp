@@ -17,12 +17,15 @@ constexpr int front_strip = 8;
 /// Some columns of a factor, and what their elimination changes behind them. The panel holds the
 /// columns: first the square of their own rows, filled up with zeros to whole strips, then the rows
 /// below, filled up as well. The update is a square of those rows; both are lower triangles.
-struct dense_front {
-  double* panel;
-  double* update;
+struct front_shape {
   std::ptrdiff_t panel_stride, update_stride;
   int columns;
   int own_rows, rows_below;  ///< With those that fill up.
+};
+
+struct dense_front : front_shape {
+  double* panel;
+  double* update;
 };
 
 /// A block of the matrix, and where in a panel it goes.
@@ -54,10 +57,10 @@ struct block_cholesky_kernels {
                         const double* update, std::ptrdiff_t stride);
   /// Both substitutions for one front, whose unknowns are the first of `own`, and whose rows below
   /// are those of the blocks `rows` of x. `work` has room for all rows.
-  void (*forward)(const dense_front& front, double* own, const std::int32_t* rows, int count,
-                  int block, double* x, double* work);
-  void (*backward)(const dense_front& front, double* own, const std::int32_t* rows, int count,
-                   int block, const double* x, double* work);
+  void (*forward)(const front_shape& front, const double* panel, double* own,
+                  const std::int32_t* rows, int count, int block, double* x, double* work);
+  void (*backward)(const front_shape& front, const double* panel, double* own,
+                   const std::int32_t* rows, int count, int block, const double* x, double* work);
 };
 
 /// What the units for each target instantiate.

@@ -71,10 +71,10 @@ void subtract_rows(double* to, std::ptrdiff_t to_stride, const double* rows, con
 template <bool Fresh>
 CILANTRO_ALWAYS_INLINE void subtract(double* to, std::ptrdiff_t to_stride, const double* rows,
                                      const double* columns, std::ptrdiff_t stride, int depth,
-                                     int height, int width) {
-  for (; width >= wide; width -= wide, to += wide * to_stride, columns += wide)
+                                     int height, int count) {
+  for (; count >= wide; count -= wide, to += wide * to_stride, columns += wide)
     subtract_rows<wide, Fresh>(to, to_stride, rows, columns, stride, depth, height);
-  with_constant<wide>(width, [&]<int Wide> {
+  with_constant<wide>(count, [&]<int Wide> {
     subtract_rows<Wide, Fresh>(to, to_stride, rows, columns, stride, depth, height);
   });
 }
@@ -83,11 +83,11 @@ CILANTRO_ALWAYS_INLINE void subtract(double* to, std::ptrdiff_t to_stride, const
 // ----------------------------------------------------------------------------------
 
 /// The square on the diagonal of a strip of columns.
-int eliminate_square(double* square, std::ptrdiff_t stride, int width, const double* least) {
+int eliminate_square(double* square, std::ptrdiff_t stride, int count, const double* least) {
   alignas(64) double columns[strip][strip];
-  for (int j = 0; j < width; ++j) store(columns[j], load<whole_strip>(square + j * stride));
+  for (int j = 0; j < count; ++j) store(columns[j], load<whole_strip>(square + j * stride));
   int undetermined = 0;
-  for (int j = 0; j < width; ++j) {
+  for (int j = 0; j < count; ++j) {
     const double pivot = columns[j][j];
     // Not so for a NaN.
     const bool is_determined = pivot > least[j];
@@ -95,12 +95,12 @@ int eliminate_square(double* square, std::ptrdiff_t stride, int width, const dou
     undetermined += !is_determined;
     const whole_strip column = is_determined ? load<whole_strip>(columns[j]) * inverse : 0;
     store(columns[j], column);
-    for (int c = j + 1; c < width; ++c)
+    for (int c = j + 1; c < count; ++c)
       store(columns[c], load<whole_strip>(columns[c]) - column * columns[j][c]);
     for (int i = 0; i < j; ++i) columns[j][i] = 0;
     columns[j][j] = inverse;
   }
-  for (int j = 0; j < width; ++j) store(square + j * stride, load<whole_strip>(columns[j]));
+  for (int j = 0; j < count; ++j) store(square + j * stride, load<whole_strip>(columns[j]));
   return undetermined;
 }
 
@@ -128,11 +128,11 @@ int eliminate(const dense_front& f, const double* least) {
     for (int j = begin; j < end; j += strip) {
       double* square = f.panel + j * stride + j;
       const double* earlier = f.panel + begin * stride + j;
-      const int width = smaller(strip, end - j);
+      const int count = smaller(strip, end - j);
       if (j > begin)
-        subtract<false>(square, stride, earlier, earlier, stride, j - begin, height - j, width);
-      undetermined += eliminate_square(square, stride, width, least + j);
-      with_constant<strip + 1>(width, [&]<int Width> {
+        subtract<false>(square, stride, earlier, earlier, stride, j - begin, height - j, count);
+      undetermined += eliminate_square(square, stride, count, least + j);
+      with_constant<strip + 1>(count, [&]<int Width> {
         eliminate_rows<Width>(square + strip, stride, square, height - j - strip);
       });
     }
@@ -310,10 +310,25 @@ CILANTRO_ALWAYS_INLINE void subtract_below(const double* columns, std::ptrdiff_t
   for (int j = 0; j < Width; ++j) x[j] -= sum_of(sums[j]);
 }
 
+void backward_strip(const double* square, std::ptrdiff_t stride, int height, int count, double* x) {
+  // As many columns at once as sums fit into registers.
+  int done = 0;
+  for (; done + lanes <= count; done += lanes)
+    subtract_below<lanes>(square + done * stride + strip, stride, height - strip, x + strip,
+                          x + done);
+  with_constant<lanes>(count - done, [&]<int Width> {
+    subtract_below<Width>(square + done * stride + strip, stride, height - strip, x + strip,
+                          x + done);
+  });
+  for (int j = count - 1; j >= 0; --j) {
+    for (int i = j + 1; i < count; ++i) x[j] -= square[j * stride + i] * x[i];
+    x[j] *= square[j * stride + j];
+  }
+}
+
 void backward(const front_shape& f, const double* panel, double* own, const std::int32_t* rows,
               int count, int block, const double* x, double* work) {
   const int height = f.own_rows + f.rows_below;
-  constexpr int at_once = is_widest ? 8 : this_target == kernel_target::avx2 ? 4 : 2;
   for (int i = 0; i < f.columns; ++i) work[i] = own[i];
   for (int i = f.columns; i < height; ++i) work[i] = 0;
   double* to = work + f.own_rows;
@@ -321,23 +336,9 @@ void backward(const front_shape& f, const double* panel, double* own, const std:
     const double* from = x + static_cast<std::ptrdiff_t>(rows[r]) * block;
     for (int i = 0; i < block; ++i) to[i] = from[i];
   }
-  for (int j = (f.columns - 1) / strip * strip; j >= 0; j -= strip) {
-    const double* square = panel + j * f.panel_stride + j;
-    const int width = smaller(strip, f.columns - j), below = height - j - strip;
-    int k = 0;
-    for (; k + at_once <= width; k += at_once)
-      subtract_below<at_once>(square + k * f.panel_stride + strip, f.panel_stride, below,
-                              work + j + strip, work + j + k);
-    with_constant<at_once>(width - k, [&]<int Width> {
-      subtract_below<Width>(square + k * f.panel_stride + strip, f.panel_stride, below,
-                            work + j + strip, work + j + k);
-    });
-    for (int c = width - 1; c >= 0; --c) {
-      double value = work[j + c];
-      for (int i = c + 1; i < width; ++i) value -= square[c * f.panel_stride + i] * work[j + i];
-      work[j + c] = value * square[c * f.panel_stride + c];
-    }
-  }
+  for (int j = (f.columns - 1) / strip * strip; j >= 0; j -= strip)
+    backward_strip(panel + j * f.panel_stride + j, f.panel_stride, height - j,
+                   smaller(strip, f.columns - j), work + j);
   for (int i = 0; i < f.columns; ++i) own[i] = work[i];
 }
 

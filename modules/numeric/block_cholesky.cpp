@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <ranges>
 #include <span>
 #include <utility>
 #include <vector>
@@ -21,16 +22,6 @@ detail::block_cholesky_kernels kernels() {
   return detail::for_target(static_cast<int>(current_vector_target()), []<detail::kernel_target V> {
     return detail::block_cholesky_kernels_in<V>();
   });
-}
-
-detail::dense_front dense(const elimination& e, const front& f, double* factor, double* update) {
-  return {factor + f.panel,
-          update,
-          f.panel_stride,
-          f.update_stride,
-          static_cast<int>(f.columns * e.block),
-          static_cast<int>(f.own_rows),
-          static_cast<int>(f.rows_below)};
 }
 
 }  // namespace
@@ -69,22 +60,21 @@ void block_cholesky::factorize(std::span<const double> values, block_factor& reu
   double* scratch = reused.scratch_.data();
   double* least = scratch + e.scratch_size;
   const auto kernel = kernels();
-  // The children of a front, which are before it, in the order in which they are added.
-  std::vector<std::int32_t> newest(e.fronts.size(), -1), previous(e.fronts.size(), -1);
-  for (index_t i = 0; i < std::ssize(e.fronts); ++i) {
-    const front& f = e.fronts[i];
-    const auto whole = dense(e, f, reused.factor_.data(), scratch + f.update);
+  for (const front& f : e.fronts) {
+    const detail::dense_front whole{f.shape, reused.factor_.data() + f.panel, scratch + f.update};
     expects(kernel.assemble(whole, e.blocks.data() + f.blocks, f.blocks_end - f.blocks,
                             static_cast<int>(e.block), values.data(), least),
             "block_cholesky: all values must be finite");
-    if (!f.is_leaf) kernel.clear(whole);
-    for (auto c = newest[i]; c >= 0; c = previous[c]) {
-      const front& child = e.fronts[c];
-      kernel.add(whole, e.runs.data() + child.runs, child.runs_end - child.runs,
-                 scratch + child.update, child.update_stride);
-    }
-    reused.undetermined_ += kernel.eliminate(whole, least, f.is_leaf);
-    if (f.parent >= 0) previous[i] = std::exchange(newest[f.parent], static_cast<std::int32_t>(i));
+    const auto add_children = [&](const auto& add) {
+      for (auto c = f.child; c >= 0; c = e.fronts[c].sibling) {
+        const front& child = e.fronts[c];
+        add(whole, e.runs.data() + child.runs, child.runs_end - child.runs, scratch + child.update,
+            child.shape.update_stride);
+      }
+    };
+    add_children(kernel.add_to_panel);
+    reused.undetermined_ += kernel.eliminate(whole, least);
+    add_children(kernel.add_to_update);
   }
   // Only rows of undetermined unknowns can have overflowed, and these are 0 whatever they hold.
   if (reused.undetermined_ > 0)
@@ -106,13 +96,11 @@ void block_factor::solve(std::span<double> right_side) const {
     std::copy_n(right_side.begin() + e.nodes[i] * block, block, x.begin() + i * block);
   const auto kernel = kernels();
   const auto substitute = [&](const front& f, const auto& step) {
-    // The kernels write to neither panel nor update.
-    const auto whole = dense(e, f, const_cast<double*>(factor_.data()), nullptr);
-    step(whole, x.data() + f.first * block, e.rows.data() + f.rows,
+    step(f.shape, factor_.data() + f.panel, x.data() + f.first * block, e.rows.data() + f.rows,
          static_cast<int>(f.rows_end - f.rows), static_cast<int>(block), x.data(), work);
   };
-  for (index_t i = 0; i < std::ssize(e.fronts); ++i) substitute(e.fronts[i], kernel.forward);
-  for (index_t i = std::ssize(e.fronts) - 1; i >= 0; --i) substitute(e.fronts[i], kernel.backward);
+  for (const front& f : e.fronts) substitute(f, kernel.forward);
+  for (const front& f : e.fronts | std::views::reverse) substitute(f, kernel.backward);
   for (index_t i = 0; i < nodes; ++i)
     std::copy_n(x.begin() + i * block, block, right_side.begin() + e.nodes[i] * block);
 }

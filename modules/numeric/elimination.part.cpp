@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: MIT
 //
-// In which order the unknowns of a block pattern are eliminated, and in which fronts: computed once
-// for a pattern.
+// The fronts in which the unknowns of a block pattern are eliminated, and where everything is in
+// memory: computed once for a pattern.
 module;
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,8 +15,8 @@ module;
 module cilantro.numeric:elimination;
 
 import cilantro.core;
-import cilantro.eigen;
 import :block_cholesky;
+import :column_groups;
 
 namespace cilantro {
 
@@ -28,14 +27,14 @@ struct front {
   /// The front in which the first of its rows is eliminated, and which takes its update; −1 if it
   /// has none.
   std::int32_t parent;
-  /// Whether no child adds to its update.
-  bool is_leaf;
+  /// The last of those whose updates it takes, and the one before it that has the same parent; −1
+  /// if there is none.
+  std::int32_t child, sibling;
   /// Its part of the lists below.
   index_t rows, rows_end, blocks, blocks_end, runs, runs_end;
   /// In the factor, and in the scratch memory.
   index_t panel, update;
-  /// As in `detail::dense_front`.
-  index_t panel_stride, update_stride, own_rows, rows_below;
+  detail::front_shape shape;
 };
 
 struct elimination {
@@ -54,111 +53,6 @@ struct elimination {
   index_t factor_size, scratch_size, most_rows, most_columns;
 };
 
-using places = std::vector<std::int32_t>;
-
-/// The places where a node's column of the factor has blocks, below the diagonal, and where each of
-/// them comes from.
-struct block_columns {
-  std::vector<places> below;
-  /// The first place below, or −1.
-  places parents;
-};
-
-/// Nodes in an order that keeps the factor sparse.
-places minimum_degree(const block_pattern& pattern) {
-  const auto n = static_cast<int>(pattern.nodes());
-  if (n == 0) return {};
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(2 * pattern.blocks());
-  for (int column = 0; column < n; ++column)
-    for (index_t k = pattern.offsets()[column]; k < pattern.offsets()[column + 1]; ++k) {
-      const int row = pattern.rows()[k];
-      entries.emplace_back(row, column, 1);
-      if (row != column) entries.emplace_back(column, row, 1);
-    }
-  Eigen::SparseMatrix<double> graph(n, n);
-  graph.setFromTriplets(entries.begin(), entries.end());
-  Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>{}(graph, order);
-  return {order.indices().data(), order.indices().data() + n};
-}
-
-places inverse_of(const places& order) {
-  places at(order.size());
-  for (index_t i = 0; i < std::ssize(order); ++i) at[order[i]] = static_cast<std::int32_t>(i);
-  return at;
-}
-
-block_columns columns_of(const block_pattern& pattern, const places& at) {
-  const index_t n = pattern.nodes();
-  block_columns found{std::vector<places>(n), places(n, -1)};
-  std::vector<places> children(n);
-  for (index_t column = 0; column < n; ++column)
-    for (index_t k = pattern.offsets()[column] + 1; k < pattern.offsets()[column + 1]; ++k) {
-      const auto [a, b] = std::minmax(at[column], at[pattern.rows()[k]]);
-      found.below[a].push_back(b);
-    }
-  places seen(n, -1);
-  for (std::int32_t i = 0; i < n; ++i) {
-    places& below = found.below[i];
-    seen[i] = i;
-    for (const auto row : below) seen[row] = i;
-    for (const auto c : children[i])
-      for (const auto row : found.below[c])
-        if (std::exchange(seen[row], i) != i) below.push_back(row);
-    if (below.empty()) continue;
-    found.parents[i] = std::ranges::min(below);
-    children[found.parents[i]].push_back(i);
-  }
-  return found;
-}
-
-/// Columns that are eliminated together, before they are numbered.
-struct column_group {
-  places columns, children;
-  double rows = 0, cost = 0;
-};
-
-/// About how long a front of that many unknowns takes, in multiplications.
-double cost_of(double columns, double rows) {
-  const double products = columns * (columns * columns / 3 + (columns + rows) * rows) / 2;
-  const double numbers = columns * columns / 2 + columns * rows;
-  const double update = rows * rows / 2;
-  return products + 12 * numbers + 20 * update + 3000;
-}
-
-/// Joins columns with those that their parents are in wherever zeros that are stored cost less than
-/// an update that is passed on.
-std::vector<column_group> grouped(const block_columns& all, index_t block) {
-  const index_t n = std::ssize(all.parents);
-  std::vector<column_group> groups(n);
-  const auto b = static_cast<double>(block);
-  for (std::int32_t i = 0; i < n; ++i) {
-    column_group& parent = groups[i];
-    parent.rows = b * static_cast<double>(all.below[i].size());
-    parent.columns = {i};
-    parent.cost = cost_of(b, parent.rows);
-    for (index_t k = 0; k < std::ssize(parent.children);) {
-      column_group& child = groups[parent.children[k]];
-      const double columns = b * static_cast<double>(child.columns.size() + parent.columns.size());
-      const double cost = cost_of(columns, parent.rows);
-      if (cost > child.cost + parent.cost) {
-        ++k;
-        continue;
-      }
-      parent.cost = cost;
-      std::swap(parent.columns, child.columns);
-      parent.columns.insert(parent.columns.end(), child.columns.begin(), child.columns.end());
-      parent.children.erase(parent.children.begin() + k);
-      parent.children.insert(parent.children.end(), child.children.begin(), child.children.end());
-      child = {};
-      k = 0;
-    }
-    if (all.parents[i] >= 0) groups[all.parents[i]].children.push_back(i);
-  }
-  return groups;
-}
-
 index_t in_strips(index_t rows) {
   return (rows + detail::front_strip - 1) / detail::front_strip * detail::front_strip;
 }
@@ -171,7 +65,7 @@ index_t stride_for(index_t rows) {
 /// Numbers the groups, children first, and lists their rows.
 void number(elimination& e, const block_columns& all, const std::vector<column_group>& groups) {
   const index_t n = std::ssize(groups);
-  places order, group_of_front, depths;
+  places order, group_of_front;
   std::vector<std::pair<std::int32_t, std::int32_t>> waiting;
   // Parents first, and all backwards.
   for (std::int32_t i = 0; i < n; ++i)
@@ -184,8 +78,8 @@ void number(elimination& e, const block_columns& all, const std::vector<column_g
     const column_group& g = groups[group];
     front f{};
     f.parent = parent;
+    f.child = f.sibling = -1;
     f.columns = static_cast<std::int32_t>(g.columns.size());
-    f.is_leaf = g.children.empty();
     fronts.push_back(f);
     group_of_front.push_back(group);
     order.insert(order.end(), g.columns.rbegin(), g.columns.rend());
@@ -197,9 +91,12 @@ void number(elimination& e, const block_columns& all, const std::vector<column_g
   const places at = inverse_of(order);
   const auto count = static_cast<std::int32_t>(fronts.size());
   std::int32_t first = 0;
-  for (index_t i = 0; i < count; ++i) {
+  for (std::int32_t i = 0; i < count; ++i) {
     front& f = fronts[i];
-    if (f.parent >= 0) f.parent = count - 1 - f.parent;
+    if (f.parent >= 0) {
+      f.parent = count - 1 - f.parent;
+      f.sibling = std::exchange(fronts[f.parent].child, i);
+    }
     f.first = std::exchange(first, first + f.columns);
     f.rows = std::ssize(e.rows);
     for (const auto row : all.below[group_of_front[i]]) e.rows.push_back(at[row]);
@@ -223,19 +120,22 @@ void lay_out(elimination& e) {
   std::vector<index_t> bottoms(e.fronts.size(), -1);
   for (index_t i = 0; i < std::ssize(e.fronts); ++i) {
     front& f = e.fronts[i];
-    f.own_rows = in_strips(f.columns * e.block);
-    f.rows_below = in_strips((f.rows_end - f.rows) * e.block);
-    f.panel_stride = stride_for(f.own_rows + f.rows_below);
-    f.update_stride = stride_for(f.rows_below);
+    const index_t own = in_strips(f.columns * e.block);
+    const index_t below = in_strips((f.rows_end - f.rows) * e.block);
+    f.shape = {.panel_stride = stride_for(own + below),
+               .update_stride = stride_for(below),
+               .columns = static_cast<int>(f.columns * e.block),
+               .own_rows = static_cast<int>(own),
+               .rows_below = static_cast<int>(below)};
     f.panel = e.factor_size;
-    e.factor_size += f.panel_stride * f.columns * e.block;
+    e.factor_size += f.shape.panel_stride * f.shape.columns;
     f.update = tops[is_odd[i]];
-    tops[is_odd[i]] += f.update_stride * f.rows_below;
+    tops[is_odd[i]] += f.shape.update_stride * below;
     most[is_odd[i]] = std::max(most[is_odd[i]], tops[is_odd[i]]);
     if (bottoms[i] >= 0) tops[!is_odd[i]] = bottoms[i];
     if (f.parent >= 0 && bottoms[f.parent] < 0) bottoms[f.parent] = f.update;
-    e.most_rows = std::max(e.most_rows, f.own_rows + f.rows_below);
-    e.most_columns = std::max(e.most_columns, f.own_rows);
+    e.most_rows = std::max(e.most_rows, own + below);
+    e.most_columns = std::max(e.most_columns, own);
   }
   for (index_t i = 0; i < std::ssize(e.fronts); ++i)
     if (is_odd[i]) e.fronts[i].update += most[0];
@@ -248,7 +148,7 @@ std::int32_t row_in(const elimination& e, const front& f, std::int32_t place) {
   if (own < f.columns) return static_cast<std::int32_t>(own * e.block);
   const auto rows = std::span{e.rows}.subspan(f.rows, f.rows_end - f.rows);
   return static_cast<std::int32_t>(
-      f.own_rows + (std::ranges::lower_bound(rows, place) - rows.begin()) * e.block);
+      f.shape.own_rows + (std::ranges::lower_bound(rows, place) - rows.begin()) * e.block);
 }
 
 /// Which rows of each front follow each other in its parent.
@@ -260,7 +160,7 @@ void find_runs(elimination& e) {
       const auto to = row_in(e, parent, e.rows[k]);
       const auto block = static_cast<std::int32_t>(e.block);
       if (std::ssize(e.runs) > f.runs && e.runs.back().to + e.runs.back().length == to &&
-          to != parent.own_rows)
+          to != parent.shape.own_rows)
         e.runs.back().length += block;
       else
         e.runs.push_back({static_cast<std::int32_t>((k - f.rows) * e.block), to, block});

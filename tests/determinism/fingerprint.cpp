@@ -14,6 +14,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 import cilantro;
@@ -216,6 +217,29 @@ void embedding() {
   }
 }
 
+/// A grid whose nodes ask something of those beside them.
+void block_systems() {
+  constexpr std::int32_t edge = 20;
+  std::vector<std::pair<std::int32_t, std::int32_t>> links;
+  for (std::int32_t i = 0; i < edge * edge; ++i)
+    for (const auto j : {i + 1, i + edge, i + edge + 1})
+      if (j < edge * edge) links.emplace_back(i, j);
+  const block_pattern pattern{edge * edge, links};
+  for (const index_t block : {3, 5, 6}) {
+    random_stream random{7};
+    std::vector<double> values(pattern.blocks() * block * block);
+    for (auto& v : values) v = random.uniform(-0.1, 0.1);
+    for (index_t i = 0; i < pattern.nodes(); ++i)
+      for (index_t k = 0; k < block; ++k)
+        values[(pattern.slot(i, i) * block + k) * block + k] = i == 90 ? -1 : 2;
+    const auto factor = block_cholesky{pattern, block}.factorize(values);
+    Eigen::VectorXd x = Eigen::VectorXd::Ones(factor.size());
+    factor.solve(x);
+    report("block_cholesky, blocks of " + std::to_string(block),
+           hash{} << x << factor.undetermined());
+  }
+}
+
 template <class S, int D>
 void everything(const std::string& input, const point_matrix<S, D>& points, double edge) {
   search_and_geometry<S, D>(input, points, edge);
@@ -237,6 +261,7 @@ int main(int count, char** arguments) try {
   everything<double, dynamic>("still life", still_life<double, dynamic>(4'000, 6, 1), 0.05);
   everything<double, dynamic>("still life of 30", still_life<double, dynamic>(2'000, 30, 1), 0.07);
   embedding();
+  block_systems();
   if (count > 1) {
     const pinhole_camera<double> camera{640, 480, 585, 585, 320, 240};
     const auto depth = read_depth_png(arguments[1]);

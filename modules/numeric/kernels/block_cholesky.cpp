@@ -17,7 +17,7 @@ constexpr int strip = front_strip;
 using whole_strip = vec<double, strip>;
 
 /// Columns that are eliminated before what is right of them is touched: as many as stay near.
-constexpr int near = 48;
+constexpr int near = 64;
 
 /// A pivot is as good as zero below this part of what it was.
 constexpr double negligible = 1e-12;
@@ -71,10 +71,10 @@ void subtract_rows(double* to, std::ptrdiff_t to_stride, const double* rows, con
 template <bool Fresh>
 CILANTRO_ALWAYS_INLINE void subtract(double* to, std::ptrdiff_t to_stride, const double* rows,
                                      const double* columns, std::ptrdiff_t stride, int depth,
-                                     int height, int width) {
-  for (; width >= wide; width -= wide, to += wide * to_stride, columns += wide)
+                                     int height, int count) {
+  for (; count >= wide; count -= wide, to += wide * to_stride, columns += wide)
     subtract_rows<wide, Fresh>(to, to_stride, rows, columns, stride, depth, height);
-  with_constant<wide>(width, [&]<int Wide> {
+  with_constant<wide>(count, [&]<int Wide> {
     subtract_rows<Wide, Fresh>(to, to_stride, rows, columns, stride, depth, height);
   });
 }
@@ -83,11 +83,11 @@ CILANTRO_ALWAYS_INLINE void subtract(double* to, std::ptrdiff_t to_stride, const
 // ----------------------------------------------------------------------------------
 
 /// The square on the diagonal of a strip of columns.
-int eliminate_square(double* square, std::ptrdiff_t stride, int width, const double* least) {
+int eliminate_square(double* square, std::ptrdiff_t stride, int count, const double* least) {
   alignas(64) double columns[strip][strip];
-  for (int j = 0; j < width; ++j) store(columns[j], load<whole_strip>(square + j * stride));
+  for (int j = 0; j < count; ++j) store(columns[j], load<whole_strip>(square + j * stride));
   int undetermined = 0;
-  for (int j = 0; j < width; ++j) {
+  for (int j = 0; j < count; ++j) {
     const double pivot = columns[j][j];
     // Not so for a NaN.
     const bool is_determined = pivot > least[j];
@@ -95,12 +95,12 @@ int eliminate_square(double* square, std::ptrdiff_t stride, int width, const dou
     undetermined += !is_determined;
     const whole_strip column = is_determined ? load<whole_strip>(columns[j]) * inverse : 0;
     store(columns[j], column);
-    for (int c = j + 1; c < width; ++c)
+    for (int c = j + 1; c < count; ++c)
       store(columns[c], load<whole_strip>(columns[c]) - column * columns[j][c]);
     for (int i = 0; i < j; ++i) columns[j][i] = 0;
     columns[j][j] = inverse;
   }
-  for (int j = 0; j < width; ++j) store(square + j * stride, load<whole_strip>(columns[j]));
+  for (int j = 0; j < count; ++j) store(square + j * stride, load<whole_strip>(columns[j]));
   return undetermined;
 }
 
@@ -119,7 +119,7 @@ void eliminate_rows(double* rows, std::ptrdiff_t stride, const double* square, i
   }
 }
 
-int eliminate(const dense_front& f, const double* least, bool fresh) {
+int eliminate(const dense_front& f, const double* least) {
   const std::ptrdiff_t stride = f.panel_stride;
   const int height = f.own_rows + f.rows_below;
   int undetermined = 0;
@@ -128,11 +128,11 @@ int eliminate(const dense_front& f, const double* least, bool fresh) {
     for (int j = begin; j < end; j += strip) {
       double* square = f.panel + j * stride + j;
       const double* earlier = f.panel + begin * stride + j;
-      const int width = smaller(strip, end - j);
+      const int count = smaller(strip, end - j);
       if (j > begin)
-        subtract<false>(square, stride, earlier, earlier, stride, j - begin, height - j, width);
-      undetermined += eliminate_square(square, stride, width, least + j);
-      with_constant<strip + 1>(width, [&]<int Width> {
+        subtract<false>(square, stride, earlier, earlier, stride, j - begin, height - j, count);
+      undetermined += eliminate_square(square, stride, count, least + j);
+      with_constant<strip + 1>(count, [&]<int Width> {
         eliminate_rows<Width>(square + strip, stride, square, height - j - strip);
       });
     }
@@ -147,7 +147,7 @@ int eliminate(const dense_front& f, const double* least, bool fresh) {
         subtract<Fresh>(to, f.update_stride, done + j, done + j, stride, end - begin,
                         f.rows_below - j, strip);
       };
-      if (fresh && begin == 0)
+      if (begin == 0)
         subtract_all.template operator()<true>();
       else
         subtract_all.template operator()<false>();
@@ -166,40 +166,39 @@ void clear_columns(double* columns, std::ptrdiff_t stride, int count, int height
     for (int i = j / strip * strip; i < height; i += strip) store(columns + j * stride + i, zero);
 }
 
-void clear(const dense_front& f) {
-  clear_columns(f.update, f.update_stride, f.rows_below, f.rows_below);
+/// Copies a block, and says whether it is finite.
+template <int Block, bool Transposed>
+CILANTRO_ALWAYS_INLINE bool copy_block(double* to, std::ptrdiff_t stride, const double* from,
+                                       int block, bool is_lower) {
+  if constexpr (Block > 0) block = Block;
+  bool is_finite = true;
+  for (int j = 0; j < block; ++j)
+    for (int i = is_lower ? j : 0; i < block; ++i) {
+      const double v = from[j * block + i];
+      is_finite &= v - v == 0;
+      to[Transposed ? i * stride + j : j * stride + i] = v;
+    }
+  return is_finite;
 }
 
 template <int Block>
 bool assemble(const dense_front& f, const placed_block* blocks, std::ptrdiff_t count, int block,
               const double* values, double* least) {
-  if constexpr (Block > 0) block = Block;
   clear_columns(f.panel, f.panel_stride, f.columns, f.own_rows + f.rows_below);
-  double difference = 0;
+  bool is_finite = true;
   for (const placed_block* b = blocks; b < blocks + count; ++b) {
     const double* from = values + b->slot * block * block;
     double* to = f.panel + b->column * f.panel_stride + b->row;
-    if (b->row == b->column) {
-      for (int j = 0; j < block; ++j)
-        for (int i = j; i < block; ++i) {
-          const double v = from[j * block + i];
-          difference += v - v;
-          to[j * f.panel_stride + i] = v;
-        }
-      continue;
-    }
-    const std::ptrdiff_t down = b->is_transposed ? f.panel_stride : 1;
-    const std::ptrdiff_t right = b->is_transposed ? 1 : f.panel_stride;
-    for (int j = 0; j < block; ++j)
-      for (int i = 0; i < block; ++i) {
-        const double v = from[j * block + i];
-        difference += v - v;
-        to[j * right + i * down] = v;
-      }
+    if (b->row == b->column)
+      is_finite &= copy_block<Block, false>(to, f.panel_stride, from, block, true);
+    else if (b->is_transposed)
+      is_finite &= copy_block<Block, true>(to, f.panel_stride, from, block, false);
+    else
+      is_finite &= copy_block<Block, false>(to, f.panel_stride, from, block, false);
   }
   for (int j = 0; j < f.columns; ++j)
     least[j] = negligible * larger(f.panel[j * f.panel_stride + j], 0.0);
-  return difference == 0;
+  return is_finite;
 }
 
 bool assemble_any(const dense_front& f, const placed_block* blocks, std::ptrdiff_t count, int block,
@@ -229,21 +228,32 @@ CILANTRO_ALWAYS_INLINE void add_numbers(double* to, const double* from, int coun
   if (count & 1) add_one<double>(to, from);
 }
 
-void add(const dense_front& f, const row_run* runs, std::ptrdiff_t count, const double* update,
-         std::ptrdiff_t stride) {
-  const row_run* end = runs + count;
-  for (const row_run* run = runs; run < end; ++run) {
-    const bool is_own = run->to < f.own_rows;
-    const int shift = is_own ? 0 : f.own_rows;
-    const std::ptrdiff_t to_stride = is_own ? f.panel_stride : f.update_stride;
-    double* to = (is_own ? f.panel : f.update) + (run->to - shift) * to_stride - shift;
-    const double* from = update + run->from * stride;
-    for (int i = 0; i < run->length; ++i, to += to_stride, from += stride) {
-      add_numbers(to + run->to + i, from + run->from + i, run->length - i);
-      for (const row_run* r = run + 1; r < end; ++r)
-        add_numbers(to + r->to, from + r->from, r->length);
-    }
+/// Adds those columns of a child's update that are in `run`, with their rows in it and in the runs
+/// behind. `to` has its first row `shift` rows below that of the panel.
+CILANTRO_ALWAYS_INLINE void add_columns(double* to, std::ptrdiff_t to_stride, int shift,
+                                        const double* update, std::ptrdiff_t stride,
+                                        const row_run* run, const row_run* end) {
+  to += (run->to - shift) * to_stride;
+  update += run->from * stride;
+  for (int i = 0; i < run->length; ++i, to += to_stride, update += stride) {
+    add_numbers(to + (run->to - shift) + i, update + run->from + i, run->length - i);
+    for (const row_run* r = run + 1; r < end; ++r)
+      add_numbers(to + (r->to - shift), update + r->from, r->length);
   }
+}
+
+void add_to_panel(const dense_front& f, const row_run* runs, std::ptrdiff_t count,
+                  const double* update, std::ptrdiff_t stride) {
+  for (const row_run* run = runs; run < runs + count; ++run)
+    if (run->to < f.own_rows)
+      add_columns(f.panel, f.panel_stride, 0, update, stride, run, runs + count);
+}
+
+void add_to_update(const dense_front& f, const row_run* runs, std::ptrdiff_t count,
+                   const double* update, std::ptrdiff_t stride) {
+  for (const row_run* run = runs; run < runs + count; ++run)
+    if (run->to >= f.own_rows)
+      add_columns(f.update, f.update_stride, f.own_rows, update, stride, run, runs + count);
 }
 
 // ---- Substitution
@@ -264,14 +274,14 @@ void forward_strip(const double* columns, std::ptrdiff_t stride, int height, dou
   }
 }
 
-void forward(const dense_front& f, double* own, const std::int32_t* rows, int count, int block,
-             double* x, double* work) {
+void forward(const front_shape& f, const double* panel, double* own, const std::int32_t* rows,
+             int count, int block, double* x, double* work) {
   const int height = f.own_rows + f.rows_below;
   for (int i = 0; i < f.columns; ++i) work[i] = own[i];
   for (int i = f.columns; i < height; ++i) work[i] = 0;
   for (int j = 0; j < f.columns; j += strip)
     with_constant<strip + 1>(smaller(strip, f.columns - j), [&]<int Width> {
-      forward_strip<Width>(f.panel + j * f.panel_stride + j, f.panel_stride, height - j, work + j);
+      forward_strip<Width>(panel + j * f.panel_stride + j, f.panel_stride, height - j, work + j);
     });
   for (int i = 0; i < f.columns; ++i) own[i] = work[i];
   const double* from = work + f.own_rows;
@@ -300,10 +310,25 @@ CILANTRO_ALWAYS_INLINE void subtract_below(const double* columns, std::ptrdiff_t
   for (int j = 0; j < Width; ++j) x[j] -= sum_of(sums[j]);
 }
 
-void backward(const dense_front& f, double* own, const std::int32_t* rows, int count, int block,
-              const double* x, double* work) {
+void backward_strip(const double* square, std::ptrdiff_t stride, int height, int count, double* x) {
+  // As many columns at once as sums fit into registers.
+  int done = 0;
+  for (; done + lanes <= count; done += lanes)
+    subtract_below<lanes>(square + done * stride + strip, stride, height - strip, x + strip,
+                          x + done);
+  with_constant<lanes>(count - done, [&]<int Width> {
+    subtract_below<Width>(square + done * stride + strip, stride, height - strip, x + strip,
+                          x + done);
+  });
+  for (int j = count - 1; j >= 0; --j) {
+    for (int i = j + 1; i < count; ++i) x[j] -= square[j * stride + i] * x[i];
+    x[j] *= square[j * stride + j];
+  }
+}
+
+void backward(const front_shape& f, const double* panel, double* own, const std::int32_t* rows,
+              int count, int block, const double* x, double* work) {
   const int height = f.own_rows + f.rows_below;
-  constexpr int at_once = is_widest ? 8 : this_target == kernel_target::avx2 ? 4 : 2;
   for (int i = 0; i < f.columns; ++i) work[i] = own[i];
   for (int i = f.columns; i < height; ++i) work[i] = 0;
   double* to = work + f.own_rows;
@@ -311,23 +336,9 @@ void backward(const dense_front& f, double* own, const std::int32_t* rows, int c
     const double* from = x + static_cast<std::ptrdiff_t>(rows[r]) * block;
     for (int i = 0; i < block; ++i) to[i] = from[i];
   }
-  for (int j = (f.columns - 1) / strip * strip; j >= 0; j -= strip) {
-    const double* square = f.panel + j * f.panel_stride + j;
-    const int width = smaller(strip, f.columns - j), below = height - j - strip;
-    int k = 0;
-    for (; k + at_once <= width; k += at_once)
-      subtract_below<at_once>(square + k * f.panel_stride + strip, f.panel_stride, below,
-                              work + j + strip, work + j + k);
-    with_constant<at_once>(width - k, [&]<int Width> {
-      subtract_below<Width>(square + k * f.panel_stride + strip, f.panel_stride, below,
-                            work + j + strip, work + j + k);
-    });
-    for (int c = width - 1; c >= 0; --c) {
-      double value = work[j + c];
-      for (int i = c + 1; i < width; ++i) value -= square[c * f.panel_stride + i] * work[j + i];
-      work[j + c] = value * square[c * f.panel_stride + c];
-    }
-  }
+  for (int j = (f.columns - 1) / strip * strip; j >= 0; j -= strip)
+    backward_strip(panel + j * f.panel_stride + j, f.panel_stride, height - j,
+                   smaller(strip, f.columns - j), work + j);
   for (int i = 0; i < f.columns; ++i) own[i] = work[i];
 }
 
@@ -340,7 +351,7 @@ using namespace CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V>
 block_cholesky_kernels block_cholesky_kernels_in() {
-  return {assemble_any, clear, add, eliminate, forward, backward};
+  return {assemble_any, add_to_panel, eliminate, add_to_update, forward, backward};
 }
 template block_cholesky_kernels block_cholesky_kernels_in<this_target>();
 

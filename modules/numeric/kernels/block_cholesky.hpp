@@ -17,12 +17,15 @@ constexpr int front_strip = 8;
 /// Some columns of a factor, and what their elimination changes behind them. The panel holds the
 /// columns: first the square of their own rows, filled up with zeros to whole strips, then the rows
 /// below, filled up as well. The update is a square of those rows; both are lower triangles.
-struct dense_front {
-  double* panel;
-  double* update;
+struct front_shape {
   std::ptrdiff_t panel_stride, update_stride;
   int columns;
   int own_rows, rows_below;  ///< With those that fill up.
+};
+
+struct dense_front : front_shape {
+  double* panel;
+  double* update;
 };
 
 /// A block of the matrix, and where in a panel it goes.
@@ -42,21 +45,22 @@ struct block_cholesky_kernels {
   /// unknown is undetermined. False if a value is not finite.
   bool (*assemble)(const dense_front& front, const placed_block* blocks, std::ptrdiff_t count,
                    int block, const double* values, double* least);
-  /// Makes the update zero.
-  void (*clear)(const dense_front& front);
-  /// Adds the update of a child.
-  void (*add)(const dense_front& front, const row_run* runs, std::ptrdiff_t count,
-              const double* update, std::ptrdiff_t stride);
-  /// Turns the panel into columns of the factor, with reciprocals on the diagonal, and subtracts
-  /// what that changes from the update, or from zero if that is `fresh`. Returns the number of
-  /// columns that are undetermined; these are zero.
-  int (*eliminate)(const dense_front& front, const double* least, bool fresh);
+  /// Adds the update of a child: what belongs to the panel before it is eliminated, and what
+  /// belongs to the update after that.
+  void (*add_to_panel)(const dense_front& front, const row_run* runs, std::ptrdiff_t count,
+                       const double* update, std::ptrdiff_t stride);
+  /// Turns the panel into columns of the factor, with reciprocals on the diagonal, and writes what
+  /// that changes as the update. Returns the number of columns that are undetermined; these are
+  /// zero.
+  int (*eliminate)(const dense_front& front, const double* least);
+  void (*add_to_update)(const dense_front& front, const row_run* runs, std::ptrdiff_t count,
+                        const double* update, std::ptrdiff_t stride);
   /// Both substitutions for one front, whose unknowns are the first of `own`, and whose rows below
   /// are those of the blocks `rows` of x. `work` has room for all rows.
-  void (*forward)(const dense_front& front, double* own, const std::int32_t* rows, int count,
-                  int block, double* x, double* work);
-  void (*backward)(const dense_front& front, double* own, const std::int32_t* rows, int count,
-                   int block, const double* x, double* work);
+  void (*forward)(const front_shape& front, const double* panel, double* own,
+                  const std::int32_t* rows, int count, int block, double* x, double* work);
+  void (*backward)(const front_shape& front, const double* panel, double* own,
+                   const std::int32_t* rows, int count, int block, const double* x, double* work);
 };
 
 /// What the units for each target instantiate.

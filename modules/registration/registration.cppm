@@ -27,6 +27,7 @@ export import :warp_field;
 export import :warp_equations;
 export import :warp_engine;
 export import :warp_estimator;
+export import :align_non_rigid;
 export import :evaluate;
 export import :align;
 export import :align_step;

@@ -81,6 +81,18 @@ export struct geman_mcclure {
   }
 };
 
+/// exp(−(r / scale)²).
+/// Source: Dennis & Welsch 1978, "Techniques for nonlinear least squares and robust regression";
+/// Zhang 1997, table 1.
+export struct welsch {
+  positive scale;  ///< In the units of the residual; 2.985 σ is usual.
+  template <Scalar S>
+  S operator()(S residual) const {
+    const S ratio = residual / static_cast<S>(double(scale));
+    return std::exp(-ratio * ratio);
+  }
+};
+
 /// A robust kernel of any type, for options: a function of a residual that returns its weight.
 /// Empty by default, which weighs all residuals alike. A `Kernel`, which takes a number of
 /// bandwidths, is not one.

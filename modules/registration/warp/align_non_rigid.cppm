@@ -19,18 +19,18 @@ namespace cilantro {
 
 /// One iteration of `align_non_rigid`, as it is passed to an observer.
 export struct non_rigid_iteration {
-  int number;             ///< Counted from 1.
-  double kernel_scale;    ///< Of the robust kernel, in the units of the points.
-  double stiffness;       ///< As in `warp_options`.
-  index_t points, nodes;  ///< How many take part.
+  int number;                ///< Counted from 1.
+  double kernel_scale;       ///< Of the robust kernel, in the units of the points.
+  double stiffness;          ///< As in `warp_options`.
+  index_t points, nodes;     ///< How many take part.
   transform_change change;   ///< How far the iteration moved the points.
   const alignment_fit& fit;  ///< Of the field before the iteration.
 };
 
 /// Options of `align_non_rigid`.
 export struct non_rigid_options {
-  /// The distance between nodes, in the units of the points: what is smaller is moved rigidly (or by
-  /// the motion model). Required.
+  /// The distance between nodes, in the units of the points: what is smaller is moved rigidly (or
+  /// by the motion model). Required.
   double spacing = 0;
   /// Points farther apart than this are never paired: as far as parts have moved. Without a limit,
   /// all are paired at first.
@@ -42,9 +42,9 @@ export struct non_rigid_options {
   double kernel_scale = 0;
   /// How much the distance between the points of a pair counts, beside that along the normal.
   double point_weight = 0.05;
-  robust_kernel smoothness = {};  ///< Of the disagreement of linked nodes, as in `warp_options`.
-  double rigidity = 0;            ///< Of motions that may deform, as in `warp_options`.
-  index_t anchors = 4;            ///< As in `deformation_graph_options`.
+  robust_kernel smoothness = {};     ///< Of the disagreement of linked nodes, as in `warp_options`.
+  double rigidity = 0;               ///< Of motions that may deform, as in `warp_options`.
+  index_t anchors = 4;               ///< As in `deformation_graph_options`.
   neighborhood_spec links = knn{8};  ///< As in `deformation_graph_options`.
   neighborhood_spec normals = knn{10};  ///< For normals of a target that has none.
   /// Source points (`first`) and the target points (`second`) that are known to be the same places.
@@ -85,22 +85,22 @@ template <MotionModel Motion, Scalar S, int D>
     const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target,
     const non_rigid_options& options);
 
-/// Bends a source onto a target: finds a motion for each of many nodes, so that the points that they
-/// move together lie on the target, and linked nodes move alike.
+/// Bends a source onto a target: finds a motion for each of many nodes, so that the points that
+/// they move together lie on the target, and linked nodes move alike.
 ///
 /// From coarse to fine: the robust kernel that tells what is near from what is far shrinks from a
-/// third of `max_distance` to `kernel_scale`, and with its square the stiffness to `stiffness`; fewer
-/// points and nodes take part as long as they suffice. Minimises the distance along the normals of
-/// the target, which are estimated if it has none, and `point_weight` times that of the points. The
-/// result has the status `converged` if the last iteration moved no point farther than the
-/// tolerance; nodes that no pair reaches are listed, and are no failure. `align_non_rigid<
+/// third of `max_distance` to `kernel_scale`, and with its square the stiffness to `stiffness`;
+/// fewer points and nodes take part as long as they suffice. Minimises the distance along the
+/// normals of the target, which are estimated if it has none, and `point_weight` times that of the
+/// points. The result has the status `converged` if the last iteration moved no point farther than
+/// the tolerance; nodes that no pair reaches are listed, and are no failure. `align_non_rigid<
 /// affine_motion>(…)` lets nodes stretch and shear, too. Source and target are clouds or points of
 /// any kind with the same origin; points that are not finite take no part, and stay. The same bits
 /// for any number of threads. Throws `invalid_input` for options that make no sense, for landmarks
 /// that are not points of the sets, and for sets of different dimension or origin.
-/// Sources: Sumner, Schmid & Pauly 2007, "Embedded deformation for shape manipulation"; Li, Sumner &
-/// Pauly 2008, "Global correspondence optimization for non-rigid registration of depth scans", for
-/// stiffness that falls.
+/// Sources: Sumner, Schmid & Pauly 2007, "Embedded deformation for shape manipulation"; Li, Sumner
+/// & Pauly 2008, "Global correspondence optimization for non-rigid registration of depth scans",
+/// for stiffness that falls.
 export template <MotionModel Motion = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] auto align_non_rigid(const A& source, const B& target,
@@ -109,8 +109,8 @@ export template <MotionModel Motion = rigid_motion, PointsSource A, PointsSource
   using S = scalar_of<A>;
   constexpr int D = dimension_of<A>, C = closed_dimension<D>;
   expect_same_origin(source, target, "align_non_rigid");
-  auto found = align_non_rigid_closed<Motion, S, C>(oriented<S, C>(source), oriented<S, C>(target),
-                                                    options);
+  auto found =
+      align_non_rigid_closed<Motion, S, C>(oriented<S, C>(source), oriented<S, C>(target), options);
   non_rigid_result<S, D, Motion> result;
   static_cast<alignment_fit&>(result) = std::move(static_cast<alignment_fit&>(found));
   result.transform = warp_field<S, D, Motion>{deformation_graph<S, D>{std::move(found.graph)}};
@@ -123,12 +123,12 @@ export template <MotionModel Motion = rigid_motion, PointsSource A, PointsSource
   return result;
 }
 
-#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                  \
-  extern template closed_non_rigid_result<S, D> align_non_rigid_closed<rigid_motion>(      \
-      const oriented_points_view<S, D>&, const oriented_points_view<S, D>&,                \
-      const non_rigid_options&);                                                           \
-  extern template closed_non_rigid_result<S, D> align_non_rigid_closed<affine_motion>(     \
-      const oriented_points_view<S, D>&, const oriented_points_view<S, D>&,                \
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                              \
+  extern template closed_non_rigid_result<S, D> align_non_rigid_closed<rigid_motion>(  \
+      const oriented_points_view<S, D>&, const oriented_points_view<S, D>&,            \
+      const non_rigid_options&);                                                       \
+  extern template closed_non_rigid_result<S, D> align_non_rigid_closed<affine_motion>( \
+      const oriented_points_view<S, D>&, const oriented_points_view<S, D>&,            \
       const non_rigid_options&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE

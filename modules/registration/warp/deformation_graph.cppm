@@ -153,6 +153,9 @@ class deformation_graph {
     return a.data_ == b.data_;
   }
   /// For the library.
+  explicit deformation_graph(
+      std::shared_ptr<const deformation_graph_data<S, closed_dimension<D>>> data)
+      : data_{std::move(data)} {}
   [[nodiscard]] const auto& data() const [[clang::lifetimebound]] { return *data_; }
   [[nodiscard]] const auto& shared_data() const [[clang::lifetimebound]] { return data_; }
 

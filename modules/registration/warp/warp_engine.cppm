@@ -133,16 +133,25 @@ class warp_engine {
   };
   using data_judge = std::function<outcome(const motions_type& motions)>;
 
+  /// What is made small, and what that is made of.
+  struct assessment {
+    pair_totals totals;
+    double energy = 0;
+    index_list unsupported_nodes;
+  };
+  assessment assess(const motions_type& current, const data_writer& write,
+                    warp_memory& memory) const;
+
   /// The step from `current`, with `judge` to say whether it makes the energy smaller.
   struct step {
     motions_type motions;
-    pair_totals totals;
+    assessment before;
     transform_change change;
-    index_t unsupported_nodes = 0;
-    double energy = 0;  ///< Of `current`.
   };
   [[nodiscard]] step improve(const motions_type& current, const data_writer& write,
                              const data_judge& judge, warp_memory& memory) const;
+  /// What the energies are divided by.
+  [[nodiscard]] double points() const { return double(graph_->order.size()); }
 
  private:
   void write_link(const motions_type& motions, index_t link, link_weights& weights,
@@ -295,47 +304,48 @@ auto warp_engine<S, D, Motion>::moved(const motions_type& motions,
 }
 
 template <Scalar S, int D, MotionModel Motion>
-auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_writer& write,
-                                        const data_judge& judge, warp_memory& memory) const
-    -> step {
-  const execution how{.threads = options_.threads};
-  link_weights& weights = memory.links;
-  weights.forward.assign(graph_->links.size(), 0);
-  weights.backward.assign(graph_->links.size(), 0);
+auto warp_engine<S, D, Motion>::assess(const motions_type& current, const data_writer& write,
+                                       warp_memory& memory) const -> assessment {
   const index_t links = std::ssize(graph_->links);
-  step found;
+  memory.links.forward.assign(graph_->links.size(), 0);
+  memory.links.backward.assign(graph_->links.size(), 0);
   const warp_sums& sums = equations_.sum(
       [&](index_t list, row_buffer& rows) {
         if (list < data_lists_)
           write(list, rows);
         else if (list < data_lists_ + links)
-          write_link(current, list - data_lists_, weights, rows);
+          write_link(current, list - data_lists_, memory.links, rows);
         else
           write_rigidity(current, static_cast<std::int32_t>(list - data_lists_ - links), rows);
       },
-      how, memory.equations);
-  found.motions = current;
-  found.totals = sums.totals;
-  found.energy = sums.energy;
+      {.threads = options_.threads}, memory.equations);
 
+  assessment found{sums.totals, sums.energy, {}};
   std::vector<char> is_reached(static_cast<std::size_t>(equations_.nodes()), 0);
   for (index_t list = 0; list < data_lists_; ++list)
     if (sums.has_rows[list])
       for (const auto node : equations_.lists()[list]) is_reached[node] = 1;
-  for (const char reached : is_reached) found.unsupported_nodes += reached == 0;
+  for (std::int32_t node = 0; node < equations_.nodes(); ++node)
+    if (!is_reached[node]) found.unsupported_nodes.push_back(node);
+  return found;
+}
 
+template <Scalar S, int D, MotionModel Motion>
+auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_writer& write,
+                                        const data_judge& judge, warp_memory& memory) const
+    -> step {
+  step found{current, assess(current, write, memory), {}};
   double farthest = 0;
   for (index_t k = 0; k < equations_.nodes(); ++k)
     farthest = std::max(farthest, graph_->nodes.col(k).template cast<double>().norm());
   found.change.rounding = 4 * double(std::numeric_limits<S>::epsilon()) * farthest;
-
-  // The first is enough to keep what nothing determines from being determined by rounding.
+  // Rounding must not determine what nothing else does, so that there is always a little damping.
   for (double damping = 1e-8; damping < 1e4; damping *= 100) {
     transform_change change{.rounding = found.change.rounding};
     auto motions = moved(current, equations_.solve(damping, memory.equations), change);
     const auto [energy, moved_by] = judge(motions);
-    const double total = energy + regularity(motions, current, weights);
-    if (!(total <= found.energy * (1 + 1e-12))) continue;
+    const double total = energy + regularity(motions, current, memory.links);
+    if (!(total <= found.before.energy * (1 + 1e-12))) continue;
     change.translation = std::max(change.translation, moved_by);
     found.change = change;
     found.motions = std::move(motions);

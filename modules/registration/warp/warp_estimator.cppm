@@ -32,6 +32,17 @@ template <Scalar S>
   return {pairs, first};
 }
 
+/// What a `warp_estimator` makes small, in squared units of the points.
+export struct warp_energy {
+  double residuals = 0;     ///< Σ w r² / N.
+  double disagreement = 0;  ///< stiffness · Σ ω ‖e‖² / L, and what `rigidity` adds.
+  /// The nodes that no pair reaches.
+  index_list unsupported_nodes;
+
+  /// The sum of both.
+  [[nodiscard]] double total() const { return residuals + disagreement; }
+};
+
 /// The weight of a term for a pair, of all its factors and kernels.
 template <int D, class Term, class Pairs, class Kernel>
 [[nodiscard]] double weight_of_term(const Term& term, double weight, const Pairs& by,
@@ -113,7 +124,18 @@ class warp_estimator {
                                                            memory& known) const {
     return estimate_all(current, std::array{pairs}, known);
   }
+  /// What is made small, with these pairs and the weights that they have under `current`.
+  [[nodiscard]] warp_energy assess(const transform_type& current,
+                                   std::span<const correspondence<S>> pairs) const {
+    return assess_all(current, std::array{pairs});
+  }
   /// As above, with separate pairs for each term of a combined metric.
+  template <std::size_t N>
+    requires(is_combined<Metric>)
+  [[nodiscard]] warp_energy assess(const transform_type& current,
+                                   const std::array<correspondences<S>, N>& pairs) const {
+    return assess_all(current, spans_of(pairs));
+  }
   template <std::size_t N>
     requires(is_combined<Metric>)
   [[nodiscard]] registration_step<transform_type> estimate(
@@ -126,10 +148,7 @@ class warp_estimator {
   [[nodiscard]] registration_step<transform_type> estimate(
       const transform_type& current, const std::array<correspondences<S>, N>& pairs,
       memory& known) const {
-    static_assert(N == Metric::size, "there must be one searcher for each term of the metric");
-    std::array<std::span<const correspondence<S>>, N> all;
-    for (std::size_t i = 0; i < N; ++i) all[i] = pairs[i];
-    return estimate_all(current, all, known);
+    return estimate_all(current, spans_of(pairs), known);
   }
 
  private:
@@ -142,6 +161,14 @@ class warp_estimator {
       return Metric::size;
     else
       return 1;
+  }
+
+  template <std::size_t N>
+  static auto spans_of(const std::array<correspondences<S>, N>& pairs) {
+    static_assert(N == terms(), "there must be one searcher for each term of the metric");
+    std::array<std::span<const correspondence<S>>, N> all;
+    for (std::size_t i = 0; i < N; ++i) all[i] = pairs[i];
+    return all;
   }
 
   /// Calls `f(term number, term, weight, pair weight, kernel)` for the terms of list `l` of pairs.
@@ -184,17 +211,13 @@ class warp_estimator {
     }
   };
 
+  /// Sorts the pairs, and makes room for what is found out about them.
   template <std::size_t Lists>
-  [[nodiscard]] registration_step<transform_type> estimate_all(
+  [[nodiscard]] step_pairs<Lists> prepare(
       const transform_type& current,
       const std::array<std::span<const correspondence<S>>, Lists>& all, memory& known) const {
     expects(current.graph() == graph_,
             "warp_estimator: the field is of another graph; resample it first");
-    registration_step<transform_type> result{current, {}, {}};
-    auto& fit = result.fit;
-    fit.non_finite = surfaces_.non_finite;
-    fit.unknowns = Motion::unknowns(surfaces_.dimension) * graph_.nodes().size();
-    if (graph_.nodes().empty()) return result;
     const index_t sources = surfaces_.source.points.size();
     known.weights.resize(Lists);
     known.first.resize(Lists);
@@ -205,23 +228,52 @@ class warp_estimator {
       pairs.lists[l] = sort_by_source(all[l], sources, known.first[l]);
       known.weights[l].assign(all[l].size() * terms(), 0);
     }
+    return pairs;
+  }
+
+  template <std::size_t Lists>
+  [[nodiscard]] registration_step<transform_type> estimate_all(
+      const transform_type& current,
+      const std::array<std::span<const correspondence<S>>, Lists>& all, memory& known) const {
+    const auto pairs = prepare(current, all, known);
+    registration_step<transform_type> result{current, {}, {}};
+    auto& fit = result.fit;
+    fit.non_finite = surfaces_.non_finite;
+    fit.unknowns = Motion::unknowns(surfaces_.dimension) * graph_.nodes().size();
+    if (graph_.nodes().empty()) return result;
     index_t paired = 0;
-    for (std::int32_t s = 0; s < sources; ++s) paired += pairs.has(s);
+    for (std::int32_t s = 0; s < surfaces_.source.points.size(); ++s) paired += pairs.has(s);
     fit.overlap = surfaces_.overlap(paired);
 
     auto step = engine_->improve(
         current.motions(),
         [&](index_t list, row_buffer& rows) { write_rows(current.motions(), list, pairs, rows); },
         [&](const node_motions<C>& motions) { return judge(motions, pairs); }, known);
-    const auto& totals = step.totals;
+    const auto& totals = step.before.totals;
     const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0.0; };
     fit.pairs = totals.pairs;
     fit.rmse = std::sqrt(share(totals.squared_distance, double(totals.pairs)));
     fit.residual = std::sqrt(share(totals.squared_residual, totals.weight));
-    fit.undetermined = step.unsupported_nodes * Motion::unknowns(surfaces_.dimension);
+    fit.undetermined =
+        std::ssize(step.before.unsupported_nodes) * Motion::unknowns(surfaces_.dimension);
     result.change = step.change;
     result.transform.motions() = std::move(step.motions);
     return result;
+  }
+  template <std::size_t Lists>
+  [[nodiscard]] warp_energy assess_all(
+      const transform_type& current,
+      const std::array<std::span<const correspondence<S>>, Lists>& all) const {
+    memory known;
+    const auto pairs = prepare(current, all, known);
+    if (graph_.nodes().empty()) return {};
+    auto found = engine_->assess(
+        current.motions(),
+        [&](index_t list, row_buffer& rows) { write_rows(current.motions(), list, pairs, rows); },
+        known);
+    const double residuals = found.totals.squared_residual;
+    return {residuals / engine_->points(), (found.energy - residuals) / engine_->points(),
+            std::move(found.unsupported_nodes)};
   }
 
   /// The rows of all points of a group.

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.registration;
+
+namespace cilantro {
+namespace {
+
+/// Parts that move together keep about this many points a node as long as the field is coarse.
+constexpr double points_per_edge = 4;
+/// The kernel shrinks by this from one level to the next: what it lets in must still be near what
+/// it let in before.
+constexpr double shrinking = 1.4;
+/// As long as the kernel is larger than in the end by this, half as many nodes along each axis do.
+constexpr double coarse_from = 6;
+
+/// How far the pairs may be apart and what bends, from coarse to fine.
+struct non_rigid_level {
+  double kernel_scale, stiffness, max_distance, tolerance;
+  bool is_coarse, is_last;
+};
+
+std::vector<non_rigid_level> levels_of(const non_rigid_options& options, double farthest) {
+  const double last = options.kernel_scale > 0 ? options.kernel_scale : options.spacing / 8;
+  const double first = std::max(farthest / 3, last);
+  const double steps = std::ceil(std::log(first / last) / std::log(shrinking));
+  const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 250;
+  std::vector<non_rigid_level> levels;
+  for (double k = steps; k >= 0; --k) {
+    const double ratio = steps > 0 ? std::pow(first / last, k / steps) : 1;
+    const double scale = last * ratio;
+    levels.push_back({scale, options.stiffness * ratio * ratio, std::min(farthest, 3 * scale),
+                      k > 0 ? std::max(tolerance, scale / 10) : tolerance, ratio > coarse_from,
+                      k == 0});
+  }
+  return levels;
+}
+
+void expect_valid(const non_rigid_options& o, bool is_rigid) {
+  constexpr double most = std::numeric_limits<double>::max();
+  expects(o.spacing > 0 && o.spacing <= most,
+          "align_non_rigid: .spacing, the distance between nodes, must be positive and finite");
+  expects(o.max_distance > 0, "align_non_rigid: max_distance must be positive");
+  expect_between(0, o.kernel_scale, most, "align_non_rigid: kernel_scale");
+  expect_between(0, o.point_weight, most, "align_non_rigid: point_weight");
+  expect_between(0, o.tolerance, most, "align_non_rigid: tolerance");
+  expect_from(0, o.max_iterations, "align_non_rigid: max_iterations");
+  expect_valid(warp_options{.stiffness = o.stiffness, .rigidity = o.rigidity}, is_rigid);
+}
+
+/// A part of the source that represents all of it, and where the landmarks are among its points.
+template <Scalar S, int D>
+struct moving_points {
+  point_matrix<S, D> points;
+  correspondences<S> landmarks;
+};
+
+template <Scalar S, int D>
+moving_points<S, D> moving_part(points_view<S, D> source, const non_rigid_options& options,
+                                double edge) {
+  moving_points<S, D> part;
+  index_list kept;
+  if (edge > 0) {
+    const voxel_grid<S, D> grid{source, voxel_size{edge}, {.threads = options.threads}};
+    kept = first_of_groups(grid.groups());
+  } else {
+    kept.resize(static_cast<std::size_t>(source.size()));
+    std::iota(kept.begin(), kept.end(), 0);
+  }
+  for (const auto& [s, t] : options.landmarks) {
+    const auto place = edge > 0 ? std::ssize(kept) : s;
+    if (edge > 0) kept.push_back(static_cast<std::int32_t>(s));
+    part.landmarks.push_back({static_cast<std::int32_t>(place), static_cast<std::int32_t>(t), 0});
+  }
+  std::ranges::sort(part.landmarks, {},
+                    [](const auto& pair) { return std::pair{pair.source, pair.target}; });
+  part.points.resize(source.dimension(), std::ssize(kept));
+  for (index_t i = 0; i < part.points.cols(); ++i) part.points.col(i) = source[kept[i]];
+  return part;
+}
+
+/// The nearest points within a limit that may be smaller than that of the searcher, for the
+/// distance of points and that along normals; and the landmarks.
+template <Scalar S, int D>
+struct non_rigid_searcher {
+  template <class T>
+  using pairs_type = std::array<correspondences<T>, 3>;
+  using memory = nearest_neighbor_memory<S>;
+
+  const nearest_neighbor_searcher<S, D>* nearest;
+  const correspondences<S>* landmarks;
+  S limit;
+
+  template <class T>
+  void find(const T& field, pairs_type<S>& pairs) const {
+    memory fresh;
+    find(field, fresh, pairs);
+  }
+  template <class T>
+  void find(const T& field, memory& known, pairs_type<S>& pairs) const {
+    nearest->find(field, known, pairs[0]);
+    std::erase_if(pairs[0], [&](const auto& pair) { return pair.distance > limit; });
+    pairs[1] = pairs[0];
+    pairs[2] = *landmarks;
+  }
+};
+
+/// Everything that a few levels with the same points and nodes share.
+template <Scalar S, int D>
+struct non_rigid_stage {
+  moving_points<S, D> moving;
+  deformation_graph<S, D> graph;
+  std::optional<nearest_neighbor_searcher<S, D>> searcher;
+};
+
+template <MotionModel Motion, Scalar S, int D>
+class non_rigid_loop {
+ public:
+  non_rigid_loop(const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target,
+                 const non_rigid_options& options)
+      : source_{source}, target_{target}, options_{options} {}
+
+  closed_non_rigid_result<S, D> run() {
+    const double farthest =
+        std::isfinite(options_.max_distance) ? options_.max_distance : farthest_pair();
+    const auto levels = levels_of(options_, farthest);
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      task_monitor monitor{{}, options_.monitor.stop};
+      if (options_.monitor.progress)
+        monitor.progress = [&, k](double done) {
+          options_.monitor.progress((double(k) + done) / double(levels.size()));
+        };
+      try {
+        if (monitor.stop.stop_requested()) throw cancelled{};
+        run(levels[k], farthest, monitor);
+      } catch (const cancelled&) {
+        result_.status = icp_status::cancelled;
+      }
+      if (result_.status == icp_status::cancelled || result_.status == icp_status::too_few_pairs)
+        break;
+    }
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  using field_type = warp_field<S, D, Motion>;
+
+  double farthest_pair() {
+    const nearest_neighbor_searcher<S, D> searcher{source_, target_, {.threads = options_.threads}};
+    correspondences<S> pairs;
+    searcher.find(identity_transform<affine_transform<S, D>>(source_.points.dimension()), pairs);
+    double farthest = 0;
+    for (const auto& pair : pairs) farthest = std::max(farthest, double(pair.distance));
+    return farthest > 0 ? farthest : options_.spacing;
+  }
+
+  /// Coarse levels have fewer points and nodes; the last one has all.
+  void enter_stage(const non_rigid_level& level, double farthest) {
+    const double spacing = options_.spacing * (level.is_coarse ? 2 : 1);
+    auto moving =
+        moving_part<S, D>(source_.points, options_, level.is_last ? 0 : spacing / points_per_edge);
+    // Where little can be left out, all take part from the beginning.
+    if (!level.is_last && 3 * moving.points.cols() > 2 * source_.points.size())
+      moving = moving_part<S, D>(source_.points, options_, 0);
+    stage_ = std::make_unique<non_rigid_stage<S, D>>();
+    stage_->moving = std::move(moving);
+    stage_->graph = deformation_graph<S, D>{stage_->moving.points,
+                                            {.spacing = spacing,
+                                             .anchors = options_.anchors,
+                                             .links = options_.links,
+                                             .threads = options_.threads}};
+    stage_->searcher.emplace(
+        as_points(stage_->moving.points), target_.points,
+        correspondence_options{.max_distance = farthest, .threads = options_.threads},
+        task_monitor{{}, options_.monitor.stop});
+    field_ = resample(field_, stage_->graph);
+  }
+
+  void run(const non_rigid_level& level, double farthest, const task_monitor& monitor) {
+    if (!stage_ || level.is_coarse != is_coarse_ ||
+        (level.is_last && stage_->moving.points.cols() < source_.points.size()))
+      enter_stage(level, farthest);
+    is_coarse_ = level.is_coarse;
+    const auto& [moving, graph, nearest] = *stage_;
+    const robust_kernel kernel = welsch{level.kernel_scale};
+    const double landmark_weight =
+        moving.landmarks.empty() ? 0
+                                 : double(moving.points.cols()) / double(moving.landmarks.size());
+    const combined_metric metric{
+        weighted_term{point_to_point{}, options_.point_weight, unit_weight{}, kernel},
+        weighted_term{point_to_plane{}, 1, unit_weight{}, kernel},
+        weighted_term{point_to_point{}, landmark_weight}};
+    using metric_type = std::remove_const_t<decltype(metric)>;
+    const oriented_points_view<S, D> source{as_points(moving.points), points_view<S, D>{}};
+    const warp_estimator<S, D, metric_type, Motion> estimator{
+        source,
+        target_,
+        graph,
+        metric,
+        {.stiffness = level.stiffness,
+         .smoothness = options_.smoothness,
+         .rigidity = options_.rigidity,
+         .threads = options_.threads}};
+    const non_rigid_searcher<S, D> searcher{&*nearest, &moving.landmarks,
+                                            static_cast<S>(level.max_distance)};
+    icp_options<field_type> how{.max_iterations = options_.max_iterations,
+                                .tolerance = level.tolerance,
+                                .rotation_tolerance = std::numeric_limits<double>::infinity(),
+                                .monitor = monitor};
+    if (options_.observer)
+      how.observer = [&](const icp_iteration<field_type>& now) {
+        options_.observer({result_.iterations + now.number, level.kernel_scale, level.stiffness,
+                           index_t(moving.points.cols()), graph.nodes().size(), now.change,
+                           now.fit});
+      };
+    auto found = icp(searcher, estimator, field_, how);
+    // Stopped before it looked at anything: then the figures are those of the level before.
+    if (found.status == icp_status::cancelled && found.pairs == 0) throw cancelled{};
+    field_ = std::move(found.transform);
+    static_cast<alignment_fit&>(result_) = std::move(static_cast<alignment_fit&>(found));
+    result_.status = found.status;
+    result_.iterations += found.iterations;
+    result_.last_change = found.last_change;
+    std::array<correspondences<S>, 3> pairs;
+    if (level.is_last) {
+      searcher.find(field_, pairs);
+      auto energy = estimator.assess(field_, pairs);
+      result_.energy = energy.total();
+      result_.unsupported_nodes = std::move(energy.unsupported_nodes);
+    }
+  }
+
+  /// The field that was reached, as one of all source points.
+  void finish() {
+    if (field_.size() != source_.points.size())
+      field_ = resample(field_, deformation_graph<S, D>{source_.points,
+                                                        {.spacing = options_.spacing,
+                                                         .anchors = options_.anchors,
+                                                         .links = options_.links,
+                                                         .threads = options_.threads}});
+    result_.graph = field_.graph().shared_data();
+    result_.motions = std::move(field_.motions());
+  }
+
+  oriented_points_view<S, D> source_, target_;
+  const non_rigid_options& options_;
+  std::unique_ptr<non_rigid_stage<S, D>> stage_;
+  bool is_coarse_ = false;
+  field_type field_;
+  closed_non_rigid_result<S, D> result_;
+};
+
+template <MotionModel Motion, Scalar S, int D>
+closed_non_rigid_result<S, D> align_by_levels(const oriented_points_view<S, D>& source,
+                                              const oriented_points_view<S, D>& target,
+                                              const non_rigid_options& options) {
+  expect_valid(options, RigidMap<transform_of<Motion, double, D>>);
+  for (const auto& [s, t] : options.landmarks)
+    expects(0 <= s && s < source.points.size() && 0 <= t && t < target.points.size(),
+            "align_non_rigid: a landmark is not among the points");
+  point_matrix<S, D> normals;
+  oriented_points_view<S, D> onto = target;
+  if (!target.has_normals() && !target.points.empty()) {
+    normals =
+        estimate_normals(target.points, options.normals, {.threads = options.threads}).normals;
+    onto.normals = as_points(normals);
+  }
+  return non_rigid_loop<Motion, S, D>{source, onto, options}.run();
+}
+
+}  // namespace
+
+template <MotionModel Motion, Scalar S, int D>
+closed_non_rigid_result<S, D> align_non_rigid_closed(const oriented_points_view<S, D>& source,
+                                                     const oriented_points_view<S, D>& target,
+                                                     const non_rigid_options& options) {
+  return align_by_levels<Motion, S, D>(source, target, options);
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                              \
+  template closed_non_rigid_result<S, D> align_non_rigid_closed<rigid_motion>(  \
+      const oriented_points_view<S, D>&, const oriented_points_view<S, D>&,     \
+      const non_rigid_options&);                                                \
+  template closed_non_rigid_result<S, D> align_non_rigid_closed<affine_motion>( \
+      const oriented_points_view<S, D>&, const oriented_points_view<S, D>&,     \
+      const non_rigid_options&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

@@ -12,7 +12,7 @@ template <class S>
 void move(const anchored_points<S>& all, double* places, double* offsets) {
   for (std::ptrdiff_t i = 0; i < all.count; ++i) {
     const S* const p = all.points + all.indices[i] * all.stride;
-    const double* const weights = all.weights + all.indices[i] * all.weight_stride;
+    const double* const weights = all.weights + i * all.weight_stride;
     const double x = p[0], y = p[1], z = p[2];
     numbers place = 0;
     for (int k = 0; k < all.anchors; ++k) {

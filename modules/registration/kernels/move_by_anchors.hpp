@@ -20,15 +20,15 @@ struct node_frame {
   double before[place_stride], after[place_stride], linear[3 * place_stride];
 };
 
-/// Points that the same nodes move: those of the indices, `stride` scalars apart, with the weights
-/// of a point `weight_stride` numbers after those of the one before it.
+/// Points that the same nodes move: those of the indices, `stride` scalars apart; and the weights
+/// of each, `weight_stride` numbers after those of the one before it.
 template <class S>
 struct anchored_points {
   const S* points;
   std::ptrdiff_t stride;
+  const std::int32_t* indices;
   const double* weights;
   std::ptrdiff_t weight_stride;
-  const std::int32_t* indices;
   std::ptrdiff_t count;
   const node_frame* frames;
   int anchors;

@@ -10,7 +10,7 @@ module;
 #include <memory>
 #include <numeric>
 #include <optional>
-#include <type_traits>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -20,13 +20,29 @@ module cilantro.registration;
 namespace cilantro {
 namespace {
 
-/// Parts that move together keep about this many points a node as long as the field is coarse.
-constexpr double points_per_edge = 4;
+/// At most one point takes part of each cell whose edge is this share of the spacing: nodes cannot
+/// bend to more. In the last level, and before.
+constexpr double last_cell = 1.0 / 8, early_cell = 1.0 / 4;
 /// The kernel shrinks by this from one level to the next: what it lets in must still be near what
 /// it let in before.
 constexpr double shrinking = 1.4;
 /// As long as the kernel is larger than in the end by this, half as many nodes along each axis do.
 constexpr double coarse_from = 6;
+
+/// A pair of a landmark has this distance, which no pair of a search has.
+constexpr int landmark_distance = -1;
+struct weight_of_found {
+  template <Scalar S>
+  S operator()(S distance) const {
+    return distance == S(landmark_distance) ? S(0) : S(1);
+  }
+};
+struct weight_of_landmarks {
+  template <Scalar S>
+  S operator()(S distance) const {
+    return distance == S(landmark_distance) ? S(1) : S(0);
+  }
+};
 
 /// How far the pairs may be apart and what bends, from coarse to fine.
 struct non_rigid_level {
@@ -38,7 +54,7 @@ std::vector<non_rigid_level> levels_of(const non_rigid_options& options, double 
   const double last = options.kernel_scale > 0 ? options.kernel_scale : options.spacing / 8;
   const double first = std::max(farthest / 3, last);
   const double steps = std::ceil(std::log(first / last) / std::log(shrinking));
-  const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 250;
+  const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 50;
   std::vector<non_rigid_level> levels;
   for (double k = steps; k >= 0; --k) {
     const double ratio = steps > 0 ? std::pow(first / last, k / steps) : 1;
@@ -84,21 +100,18 @@ moving_points<S, D> moving_part(points_view<S, D> source, const non_rigid_option
   for (const auto& [s, t] : options.landmarks) {
     const auto place = edge > 0 ? std::ssize(kept) : s;
     if (edge > 0) kept.push_back(static_cast<std::int32_t>(s));
-    part.landmarks.push_back({static_cast<std::int32_t>(place), static_cast<std::int32_t>(t), 0});
+    part.landmarks.push_back(
+        {static_cast<std::int32_t>(place), static_cast<std::int32_t>(t), S(landmark_distance)});
   }
-  std::ranges::sort(part.landmarks, {},
-                    [](const auto& pair) { return std::pair{pair.source, pair.target}; });
   part.points.resize(source.dimension(), std::ssize(kept));
   for (index_t i = 0; i < part.points.cols(); ++i) part.points.col(i) = source[kept[i]];
   return part;
 }
 
-/// The nearest points within a limit that may be smaller than that of the searcher, for the
-/// distance of points and that along normals; and the landmarks.
+/// The nearest points within a limit that may be smaller than that of the searcher, and the
+/// landmarks.
 template <Scalar S, int D>
 struct non_rigid_searcher {
-  template <class T>
-  using pairs_type = std::array<correspondences<T>, 3>;
   using memory = nearest_neighbor_memory<S>;
 
   const nearest_neighbor_searcher<S, D>* nearest;
@@ -106,16 +119,19 @@ struct non_rigid_searcher {
   S limit;
 
   template <class T>
-  void find(const T& field, pairs_type<S>& pairs) const {
+  void find(const T& field, correspondences<S>& pairs) const {
     memory fresh;
     find(field, fresh, pairs);
   }
   template <class T>
-  void find(const T& field, memory& known, pairs_type<S>& pairs) const {
-    nearest->find(field, known, pairs[0]);
-    std::erase_if(pairs[0], [&](const auto& pair) { return pair.distance > limit; });
-    pairs[1] = pairs[0];
-    pairs[2] = *landmarks;
+  void find(const T& field, memory& known, correspondences<S>& pairs) const {
+    nearest->find(field, known, pairs);
+    std::erase_if(pairs, [&](const auto& pair) { return pair.distance > limit; });
+    if (landmarks->empty()) return;
+    pairs.insert(pairs.end(), landmarks->begin(), landmarks->end());
+    std::ranges::sort(pairs, {}, [](const auto& pair) {
+      return std::tuple{pair.source, pair.target, pair.distance};
+    });
   }
 };
 
@@ -125,6 +141,8 @@ struct non_rigid_stage {
   moving_points<S, D> moving;
   deformation_graph<S, D> graph;
   std::optional<nearest_neighbor_searcher<S, D>> searcher;
+  nearest_neighbor_memory<S> nearest_memory;
+  warp_memory estimator_memory;
 };
 
 template <MotionModel Motion, Scalar S, int D>
@@ -159,6 +177,10 @@ class non_rigid_loop {
 
  private:
   using field_type = warp_field<S, D, Motion>;
+  using metric_type = combined_metric<weighted_term<point_to_point, weight_of_found, robust_kernel>,
+                                      weighted_term<point_to_plane, weight_of_found, robust_kernel>,
+                                      weighted_term<point_to_point, weight_of_landmarks>>;
+  using estimator_type = warp_estimator<S, D, metric_type, Motion>;
 
   double farthest_pair() {
     const nearest_neighbor_searcher<S, D> searcher{source_, target_, {.threads = options_.threads}};
@@ -172,11 +194,12 @@ class non_rigid_loop {
   /// Coarse levels have fewer points and nodes; the last one has all.
   void enter_stage(const non_rigid_level& level, double farthest) {
     const double spacing = options_.spacing * (level.is_coarse ? 2 : 1);
-    auto moving =
-        moving_part<S, D>(source_.points, options_, level.is_last ? 0 : spacing / points_per_edge);
+    auto moving = moving_part<S, D>(source_.points, options_,
+                                    spacing * (level.is_last ? last_cell : early_cell));
     // Where little can be left out, all take part from the beginning.
-    if (!level.is_last && 3 * moving.points.cols() > 2 * source_.points.size())
+    if (3 * moving.points.cols() > 2 * source_.points.size())
       moving = moving_part<S, D>(source_.points, options_, 0);
+    estimator_.reset();
     stage_ = std::make_unique<non_rigid_stage<S, D>>();
     stage_->moving = std::move(moving);
     stage_->graph = deformation_graph<S, D>{stage_->moving.points,
@@ -196,53 +219,74 @@ class non_rigid_loop {
         (level.is_last && stage_->moving.points.cols() < source_.points.size()))
       enter_stage(level, farthest);
     is_coarse_ = level.is_coarse;
-    const auto& [moving, graph, nearest] = *stage_;
+    const auto& moving = stage_->moving;
     const robust_kernel kernel = welsch{level.kernel_scale};
     const double landmark_weight =
         moving.landmarks.empty() ? 0
                                  : double(moving.points.cols()) / double(moving.landmarks.size());
-    const combined_metric metric{
-        weighted_term{point_to_point{}, options_.point_weight, unit_weight{}, kernel},
-        weighted_term{point_to_plane{}, 1, unit_weight{}, kernel},
-        weighted_term{point_to_point{}, landmark_weight}};
-    using metric_type = std::remove_const_t<decltype(metric)>;
-    const oriented_points_view<S, D> source{as_points(moving.points), points_view<S, D>{}};
-    const warp_estimator<S, D, metric_type, Motion> estimator{
-        source,
-        target_,
-        graph,
-        metric,
-        {.stiffness = level.stiffness,
-         .smoothness = options_.smoothness,
-         .rigidity = options_.rigidity,
-         .threads = options_.threads}};
-    const non_rigid_searcher<S, D> searcher{&*nearest, &moving.landmarks,
+    const metric_type metric{
+        weighted_term{point_to_point{}, options_.point_weight, weight_of_found{}, kernel},
+        weighted_term{point_to_plane{}, 1, weight_of_found{}, kernel},
+        weighted_term{point_to_point{}, landmark_weight, weight_of_landmarks{}}};
+    const warp_options bending{.stiffness = level.stiffness,
+                               .smoothness = options_.smoothness,
+                               .rigidity = options_.rigidity,
+                               .threads = options_.threads};
+    if (!estimator_) {
+      const oriented_points_view<S, D> source{as_points(moving.points), points_view<S, D>{}};
+      estimator_.emplace(source, target_, stage_->graph, metric, bending);
+    } else {
+      estimator_ = estimator_->with(metric, bending);
+    }
+    const non_rigid_searcher<S, D> searcher{&*stage_->searcher, &moving.landmarks,
                                             static_cast<S>(level.max_distance)};
+    if (!level.is_last) return approach(level, searcher, monitor);
+
     icp_options<field_type> how{.max_iterations = options_.max_iterations,
                                 .tolerance = level.tolerance,
                                 .rotation_tolerance = std::numeric_limits<double>::infinity(),
                                 .monitor = monitor};
     if (options_.observer)
       how.observer = [&](const icp_iteration<field_type>& now) {
-        options_.observer({result_.iterations + now.number, level.kernel_scale, level.stiffness,
-                           index_t(moving.points.cols()), graph.nodes().size(), now.change,
-                           now.fit});
+        observe(level, iterations_ + now.number, now.change, now.fit);
       };
-    auto found = icp(searcher, estimator, field_, how);
+    auto found = icp(searcher, *estimator_, field_, how);
     // Stopped before it looked at anything: then the figures are those of the level before.
     if (found.status == icp_status::cancelled && found.pairs == 0) throw cancelled{};
     field_ = std::move(found.transform);
     static_cast<alignment_fit&>(result_) = std::move(static_cast<alignment_fit&>(found));
     result_.status = found.status;
-    result_.iterations += found.iterations;
+    iterations_ += found.iterations;
     result_.last_change = found.last_change;
-    std::array<correspondences<S>, 3> pairs;
-    if (level.is_last) {
-      searcher.find(field_, pairs);
-      auto energy = estimator.assess(field_, pairs);
-      result_.energy = energy.total();
-      result_.unsupported_nodes = std::move(energy.unsupported_nodes);
+    correspondences<S> pairs;
+    searcher.find(field_, pairs);
+    auto energy = estimator_->assess(field_, pairs);
+    result_.energy = energy.total();
+    result_.unsupported_nodes = std::move(energy.unsupported_nodes);
+  }
+
+  /// The iterations of a level whose end nobody looks at.
+  void approach(const non_rigid_level& level, const non_rigid_searcher<S, D>& searcher,
+                const task_monitor& monitor) {
+    correspondences<S> pairs;
+    for (int i = 0; i < options_.max_iterations; ++i) {
+      if (monitor.stop.stop_requested()) throw cancelled{};
+      searcher.find(field_, stage_->nearest_memory, pairs);
+      auto step = estimator_->estimate(field_, pairs, stage_->estimator_memory);
+      field_ = std::move(step.transform);
+      static_cast<alignment_fit&>(result_) = std::move(step.fit);
+      result_.last_change = step.change;
+      observe(level, ++iterations_, step.change, result_);
+      if (monitor.progress) monitor.progress(double(i + 1) / double(options_.max_iterations));
+      if (step.change.translation <= level.tolerance) break;
     }
+  }
+  void observe(const non_rigid_level& level, int number, const transform_change& change,
+               const alignment_fit& fit) const {
+    if (options_.observer)
+      options_.observer({number, level.kernel_scale, level.stiffness,
+                         index_t(stage_->moving.points.cols()), stage_->graph.nodes().size(),
+                         change, fit});
   }
 
   /// The field that was reached, as one of all source points.
@@ -253,6 +297,7 @@ class non_rigid_loop {
                                                          .anchors = options_.anchors,
                                                          .links = options_.links,
                                                          .threads = options_.threads}});
+    result_.iterations = iterations_;
     result_.graph = field_.graph().shared_data();
     result_.motions = std::move(field_.motions());
   }
@@ -260,7 +305,9 @@ class non_rigid_loop {
   oriented_points_view<S, D> source_, target_;
   const non_rigid_options& options_;
   std::unique_ptr<non_rigid_stage<S, D>> stage_;
+  std::optional<estimator_type> estimator_;
   bool is_coarse_ = false;
+  int iterations_ = 0;
   field_type field_;
   closed_non_rigid_result<S, D> result_;
 };

@@ -41,7 +41,7 @@ export struct non_rigid_options {
   /// half of the weight. 0: an eighth of the spacing.
   double kernel_scale = 0;
   /// How much the distance between the points of a pair counts, beside that along the normal.
-  double point_weight = 0.05;
+  double point_weight = 0.02;
   robust_kernel smoothness = {};     ///< Of the disagreement of linked nodes, as in `warp_options`.
   double rigidity = 0;               ///< Of motions that may deform, as in `warp_options`.
   index_t anchors = 4;               ///< As in `deformation_graph_options`.
@@ -49,9 +49,9 @@ export struct non_rigid_options {
   neighborhood_spec normals = knn{10};  ///< For normals of a target that has none.
   /// Source points (`first`) and the target points (`second`) that are known to be the same places.
   std::vector<std::pair<index_t, index_t>> landmarks = {};
-  int max_iterations = 10;  ///< With each kernel scale.
+  int max_iterations = 6;  ///< With each kernel scale.
   /// The field has converged when no point moves farther in an iteration, in the units of the
-  /// points. 0: a thousandth of the spacing.
+  /// points. 0: a fiftieth of the spacing.
   double tolerance = 0;
   std::function<void(const non_rigid_iteration&)> observer = {};  ///< Called after each iteration.
   int threads = 0;

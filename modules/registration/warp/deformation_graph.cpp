@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -23,43 +24,58 @@ using node_pairs = std::vector<std::pair<std::int32_t, std::int32_t>>;
 
 /// Nodes with their distances, ascending; one more than the anchors, if there are so many.
 struct near_nodes {
-  std::vector<std::int32_t> nodes;
-  std::vector<double> distances;
+  std::size_t count = 0;
+  std::array<std::pair<std::int32_t, double>, most_anchors + 1> all;
+
+  void add(std::int32_t node, double distance) { all[count++] = {node, distance}; }
+  [[nodiscard]] auto begin() const { return all.begin(); }
+  [[nodiscard]] auto end() const { return all.begin() + count; }
 };
+template <class Neighbors>
+near_nodes near_nodes_of(const Neighbors& neighbors) {
+  near_nodes near;
+  for (const auto& [node, distance] : neighbors)
+    near.add(static_cast<std::int32_t>(node), static_cast<double>(distance));
+  return near;
+}
 
 /// The weights of the first `count` nodes.
 point_anchors anchors_among(const near_nodes& near, index_t count) {
-  const auto n = std::min(static_cast<std::size_t>(count), near.nodes.size());
+  const auto n = std::min(static_cast<std::size_t>(count), near.count);
   point_anchors found;
   if (n == 0) return found;
   // Where all nodes are anchors, the farthest must count for something, too.
-  const double end = near.nodes.size() > n ? near.distances[n] : 2 * near.distances[n - 1];
-  std::vector<std::pair<std::int32_t, double>> weighted;
+  const double end = near.count > n ? near.all[n].second : 2 * near.all[n - 1].second;
+  std::array<std::pair<std::int32_t, double>, most_anchors> weighted;
   double sum = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    const double rest = end > 0 ? 1 - near.distances[k] / end : 1;
+    const double rest = end > 0 ? 1 - near.all[k].second / end : 1;
     if (rest <= 0) continue;
-    weighted.emplace_back(near.nodes[k], rest * rest);
+    weighted[found.count++] = {near.all[k].first, rest * rest};
     sum += rest * rest;
   }
-  if (weighted.empty())  // All nodes are at the same distance.
-    for (std::size_t k = 0; k < n; ++k, ++sum) weighted.emplace_back(near.nodes[k], 1);
-  std::ranges::sort(weighted);
-  for (const auto& [node, weight] : weighted) {
-    found.nodes.push_back(node);
-    found.weights.push_back(weight / sum);
+  if (found.count == 0)  // All nodes are at the same distance.
+    for (; found.count < n; ++sum) {
+      weighted[found.count] = {near.all[found.count].first, 1};
+      ++found.count;
+    }
+  std::sort(weighted.begin(), weighted.begin() + found.count);
+  for (std::size_t k = 0; k < found.count; ++k) {
+    found.all_nodes[k] = weighted[k].first;
+    found.all_weights[k] = weighted[k].second / sum;
   }
   return found;
 }
 
-template <Scalar S>
-near_nodes near_nodes_of(const neighborhood<S>& near) {
-  near_nodes all;
-  for (const auto& [node, distance] : near) {
-    all.nodes.push_back(static_cast<std::int32_t>(node));
-    all.distances.push_back(static_cast<double>(distance));
-  }
-  return all;
+/// Where a cell is on a curve that visits neighbours soon after each other (Morton 1966): the bits
+/// of its coordinates in turn.
+std::uint64_t place_on_curve(const Eigen::VectorXd& cell) {
+  const index_t d = cell.size();
+  std::uint64_t place = 0;
+  for (index_t bit = std::min<index_t>(64 / d, 20) - 1; bit >= 0; --bit)
+    for (index_t axis = 0; axis < d; ++axis)
+      place = place << 1 | (static_cast<std::uint64_t>(cell[axis]) >> bit & 1);
+  return place;
 }
 
 /// The means of the points in cells. The grid moves with the points, so that nodes do.
@@ -72,8 +88,17 @@ point_matrix<S, D> nodes_in_cells(const point_matrix<S, D>& points, double spaci
   if (!corner.allFinite()) return point_matrix<S, D>(points.rows(), 0);
   // No point of a regular scan should be on the border of a cell, where rounding decides.
   corner.array() -= 0.37 * spacing;
-  return voxel_downsample(points, voxel_size{spacing},
-                          {.origin = coordinates{corner}, .threads = threads});
+  const auto nodes = voxel_downsample(points, voxel_size{spacing},
+                                      {.origin = coordinates{corner}, .threads = threads});
+  // Nodes with near indices should be near each other: sums over some of them then meet few others.
+  std::vector<std::pair<std::uint64_t, std::int32_t>> order;
+  for (std::int32_t k = 0; k < nodes.cols(); ++k)
+    order.emplace_back(place_on_curve((nodes.col(k).template cast<double>() - corner) / spacing),
+                       k);
+  std::ranges::sort(order);
+  point_matrix<S, D> sorted(nodes.rows(), nodes.cols());
+  for (index_t k = 0; k < nodes.cols(); ++k) sorted.col(k) = nodes.col(order[k].second);
+  return sorted;
 }
 
 /// A place on a path: how far it is from where the path begins, of which node that is, and where.
@@ -122,12 +147,13 @@ std::vector<near_nodes> near_along(const neighborhoods<S>& connections, const in
   while (!open.empty()) {
     const auto [distance, node, point] = open.top();
     open.pop();
-    auto& [known, distances] = near[point];
-    if (std::ssize(known) == count || std::ranges::find(known, node) != known.end()) continue;
-    known.push_back(node);
-    distances.push_back(distance);
+    auto& known = near[point];
+    if (std::cmp_equal(known.count, count) ||
+        std::ranges::any_of(known, [&](const auto& one) { return one.first == node; }))
+      continue;
+    known.add(node, distance);
     for (const auto& [next, step] : connections[point])
-      if (std::ssize(near[next].nodes) < count)
+      if (std::cmp_less(near[next].count, count))
         open.push({distance + static_cast<double>(step), node, static_cast<std::int32_t>(next)});
   }
   return near;
@@ -135,34 +161,44 @@ std::vector<near_nodes> near_along(const neighborhoods<S>& connections, const in
 
 /// Puts points with the same anchors together. O(N log N).
 template <Scalar S, int D>
-void make_groups(deformation_graph_data<S, D>& graph) {
-  const index_t k = graph.anchors_per_point;
-  const auto anchors_of = [&](std::int32_t i) { return graph.anchors.data() + i * k; };
-  for (std::int32_t i = 0; i < graph.points.cols(); ++i)
-    if (anchors_of(i)[0] >= 0) graph.order.push_back(i);
+void make_groups(deformation_graph_data<S, D>& graph, const std::vector<point_anchors>& anchors) {
+  const auto nodes_of = [&](std::int32_t i) { return anchors[i].nodes(); };
+  for (std::int32_t i = 0; i < std::ssize(anchors); ++i)
+    if (anchors[i].count > 0) graph.order.push_back(i);
   const auto compare = [&](std::int32_t a, std::int32_t b) {
-    return std::lexicographical_compare_three_way(anchors_of(a), anchors_of(a) + k, anchors_of(b),
-                                                  anchors_of(b) + k);
+    return std::lexicographical_compare_three_way(nodes_of(a).begin(), nodes_of(a).end(),
+                                                  nodes_of(b).begin(), nodes_of(b).end());
   };
   std::ranges::sort(graph.order, [&](std::int32_t a, std::int32_t b) {
     const auto order = compare(a, b);
     return order != 0 ? order < 0 : a < b;
   });
-  graph.groups.push_back(0);
-  for (index_t i = 1; i <= std::ssize(graph.order); ++i)
-    if (i == std::ssize(graph.order) || compare(graph.order[i - 1], graph.order[i]) != 0)
-      graph.groups.push_back(i);
+  const index_t n = std::ssize(graph.order), k = graph.anchors_per_point;
+  graph.weights.assign(static_cast<std::size_t>(n * k), 0);
+  graph.group_of.assign(anchors.size(), -1);
+  graph.place_of.assign(anchors.size(), -1);
+  for (index_t place = 0; place < n; ++place) {
+    const std::int32_t point = graph.order[place];
+    if (place == 0 || compare(graph.order[place - 1], point) != 0) {
+      if (place > 0) graph.groups.push_back(place);
+      graph.anchors.resize(graph.anchors.size() + static_cast<std::size_t>(k), -1);
+      std::ranges::copy(nodes_of(point), graph.anchors.end() - k);
+    }
+    graph.group_of[point] = static_cast<std::int32_t>(graph.groups.size() - 1);
+    graph.place_of[point] = static_cast<std::int32_t>(place);
+    std::ranges::copy(anchors[point].weights(), graph.weights.begin() + place * k);
+  }
+  if (n > 0) graph.groups.push_back(n);
 }
 
 /// Pairs of nodes that move a point together.
 template <Scalar S, int D>
 node_pairs links_by_groups(const deformation_graph_data<S, D>& graph) {
   node_pairs links;
-  for (std::size_t g = 0; g + 1 < graph.groups.size(); ++g) {
-    const std::int32_t* anchors =
-        graph.anchors.data() + graph.order[graph.groups[g]] * graph.anchors_per_point;
-    for (index_t a = 0; a < graph.anchors_per_point && anchors[a] >= 0; ++a)
-      for (index_t b = 0; b < a; ++b) links.emplace_back(anchors[b], anchors[a]);
+  for (index_t g = 0; g < graph.group_count(); ++g) {
+    const auto nodes = graph.anchors_of(g);
+    for (std::size_t a = 0; a < nodes.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b) links.emplace_back(nodes[b], nodes[a]);
   }
   std::ranges::sort(links);
   const auto rest = std::ranges::unique(links);
@@ -200,14 +236,7 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
   graph->points.resize(points.dimension(), points.size());
   for (index_t i = 0; i < points.size(); ++i) graph->points.col(i) = points[i];
   graph->anchors_per_point = k;
-  graph->anchors.assign(static_cast<std::size_t>(points.size() * k), -1);
-  graph->weights.assign(static_cast<std::size_t>(points.size() * k), 0);
-  graph->is_along_connections = connections != nullptr;
-  const auto keep = [&](index_t i, const near_nodes& near) {
-    const auto found = anchors_among(near, k);
-    std::ranges::copy(found.nodes, graph->anchors.begin() + i * k);
-    std::ranges::copy(found.weights, graph->weights.begin() + i * k);
-  };
+  std::vector<point_anchors> anchors(static_cast<std::size_t>(points.size()));
 
   if (connections) {
     const auto both_ways = neighbor_graph(*connections, {.threads = options.threads});
@@ -215,7 +244,7 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
     graph->nodes.resize(points.dimension(), std::ssize(spread));
     for (index_t n = 0; n < graph->nodes.cols(); ++n) graph->nodes.col(n) = points[spread[n]];
     const auto near = near_along(both_ways, spread, k + 1);
-    for (index_t i = 0; i < points.size(); ++i) keep(i, near[i]);
+    for (index_t i = 0; i < points.size(); ++i) anchors[i] = anchors_among(near[i], k);
   } else if (nodes) {
     graph->nodes.resize(points.dimension(), nodes->size());
     index_t count = 0;
@@ -233,12 +262,14 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
       const auto near = find_neighborhoods(*graph->tree, as_points(graph->points), knn{k + 1},
                                            {.threads = options.threads});
       parallel_for(points.size(), {.threads = options.threads},
-                   [&](index_t i) { keep(i, near_nodes_of(near[i])); });
+                   [&](index_t i) { anchors[i] = anchors_among(near_nodes_of(near[i]), k); });
     }
-    make_groups(*graph);
+    make_groups(*graph, anchors);
     graph->links = connections ? links_by_groups(*graph)
                                : links_of(neighbor_graph(*graph->tree, view, options.links,
                                                          {.threads = options.threads}));
+  } else {
+    make_groups(*graph, anchors);
   }
   return graph;
 }
@@ -256,12 +287,8 @@ template <Scalar S, int D>
 point_anchors anchors_at(const deformation_graph_data<S, D>& graph,
                          const point_vector<S, D>& place) {
   if (!graph.tree || !is_finite(place)) return {};
-  near_nodes near;
-  for (const auto& [node, distance] : graph.tree->find(place, knn{graph.anchors_per_point + 1})) {
-    near.nodes.push_back(static_cast<std::int32_t>(node));
-    near.distances.push_back(static_cast<double>(distance));
-  }
-  return anchors_among(near, graph.anchors_per_point);
+  return anchors_among(near_nodes_of(graph.tree->find(place, knn{graph.anchors_per_point + 1})),
+                       graph.anchors_per_point);
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                     \

@@ -38,25 +38,48 @@ template <Scalar S, int D>
 struct deformation_graph_data {
   point_matrix<S, D> points;
   point_matrix<S, D> nodes;
-  index_t anchors_per_point = 0;
-  /// Per point, by ascending node; −1 where there are fewer.
-  std::vector<std::int32_t> anchors;
-  std::vector<double> weights;
   /// Each pair once, the smaller node first, ascending.
   std::vector<std::pair<std::int32_t, std::int32_t>> links;
-  /// Finite points with the same anchors are neighbours in `order`, and make a group.
+  index_t anchors_per_point = 0;
+  /// The points that have anchors; those with the same ones lie next to each other, and make a
+  /// group.
   std::vector<std::int32_t> order;
-  std::vector<index_t>
-      groups;  ///< Where each group begins in `order`, and where the last one ends.
-  /// For anchors by distance; empty for anchors along connections.
-  std::optional<kd_tree<S, D>> tree;
-  bool is_along_connections = false;
+  /// Where each group begins in `order`, and where the last one ends.
+  std::vector<index_t> groups{0};
+  /// For each group `anchors_per_point` nodes, ascending; −1 where there are fewer.
+  std::vector<std::int32_t> anchors;
+  /// As many weights for each point, in the order of `order`.
+  std::vector<double> weights;
+  /// The group of each point, and its place in `order`; −1 without anchors.
+  std::vector<std::int32_t> group_of, place_of;
+
+  [[nodiscard]] index_t group_count() const { return std::ssize(groups) - 1; }
+  /// The nodes of a group.
+  [[nodiscard]] std::span<const std::int32_t> anchors_of(index_t group) const {
+    const std::int32_t* const first = anchors.data() + group * anchors_per_point;
+    std::size_t count = 0;
+    while (std::cmp_less(count, anchors_per_point) && first[count] >= 0) ++count;
+    return {first, count};
+  }
+  /// The points of a group.
+  [[nodiscard]] std::span<const std::int32_t> points_of(index_t group) const {
+    return {order.data() + groups[group], order.data() + groups[group + 1]};
+  }
+  /// The weights of the point at a place in `order`; there are as many as nodes of its group.
+  [[nodiscard]] const double* weights_at(index_t place) const {
+    return weights.data() + place * anchors_per_point;
+  }
+  std::optional<kd_tree<S, D>> tree;  ///< Of the nodes, if there are any.
 };
 
-/// The nodes that move one point, and their weights.
+/// The nodes that move one point, ascending, and their weights.
 struct point_anchors {
-  std::vector<std::int32_t> nodes;
-  std::vector<double> weights;
+  std::size_t count = 0;
+  std::array<std::int32_t, most_anchors> all_nodes;
+  std::array<double, most_anchors> all_weights;
+
+  [[nodiscard]] std::span<const std::int32_t> nodes() const { return {all_nodes.data(), count}; }
+  [[nodiscard]] std::span<const double> weights() const { return {all_weights.data(), count}; }
 };
 
 template <Scalar S, int D>
@@ -129,10 +152,12 @@ class deformation_graph {
   /// The nodes that move point i, ascending, and their weights, which add up to 1; none for a point
   /// that is not finite, or from which no path leads to a node. Precondition: 0 <= i < size().
   [[nodiscard]] std::span<const std::int32_t> anchors(index_t i) const [[clang::lifetimebound]] {
-    return std::span{data_->anchors}.subspan(first(i), count(i));
+    if (data_->group_of[i] < 0) return {};
+    return data_->anchors_of(data_->group_of[i]);
   }
   [[nodiscard]] std::span<const double> weights(index_t i) const [[clang::lifetimebound]] {
-    return std::span{data_->weights}.subspan(first(i), count(i));
+    if (data_->group_of[i] < 0) return {};
+    return {data_->weights_at(data_->place_of[i]), anchors(i).size()};
   }
   /// Whether the graph was made of exactly these points.
   template <PointsSource P>
@@ -168,15 +193,6 @@ class deformation_graph {
     expect_local(points, "deformation_graph");
     return points_view<S, C>{points_in(points)};
   }
-  [[nodiscard]] std::size_t first(index_t i) const {
-    return static_cast<std::size_t>(i * data_->anchors_per_point);
-  }
-  [[nodiscard]] std::size_t count(index_t i) const {
-    index_t n = 0;
-    while (n < data_->anchors_per_point && data_->anchors[first(i) + std::size_t(n)] >= 0) ++n;
-    return std::size_t(n);
-  }
-
   std::shared_ptr<const deformation_graph_data<S, C>> data_;
 };
 export template <PointsSource P>

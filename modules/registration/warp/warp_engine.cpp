@@ -20,13 +20,7 @@ void expect_valid(const warp_options& options, bool is_rigid) {
 template <Scalar S, int D>
 node_lists lists_of_nodes(const deformation_graph_data<S, D>& graph, bool with_rigidity) {
   node_lists lists;
-  const index_t k = graph.anchors_per_point;
-  for (std::size_t g = 0; g + 1 < graph.groups.size(); ++g) {
-    const std::int32_t* anchors = graph.anchors.data() + graph.order[graph.groups[g]] * k;
-    index_t count = 0;
-    while (count < k && anchors[count] >= 0) ++count;
-    lists.add({anchors, static_cast<std::size_t>(count)});
-  }
+  for (index_t g = 0; g < graph.group_count(); ++g) lists.add(graph.anchors_of(g));
   for (const auto& [a, b] : graph.links) lists.add(std::array{a, b});
   if (with_rigidity)
     for (std::int32_t node = 0; node < graph.nodes.cols(); ++node) lists.add(std::array{node});

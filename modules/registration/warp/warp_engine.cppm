@@ -95,29 +95,18 @@ class warp_engine {
 
   warp_engine(std::shared_ptr<const deformation_graph_data<S, D>> graph, Motion motion,
               const warp_options& options);
+  /// The same with other options.
+  warp_engine(const warp_engine& other, const warp_options& options);
 
   [[nodiscard]] const deformation_graph_data<S, D>& graph() const { return *graph_; }
   [[nodiscard]] const warp_options& options() const { return options_; }
 
-  /// The points of a list of nodes; none for those of the regulariser.
-  [[nodiscard]] std::span<const std::int32_t> points_of(index_t list) const {
-    if (list + 1 >= std::ssize(graph_->groups)) return {};
-    return std::span{graph_->order}.subspan(
-        static_cast<std::size_t>(graph_->groups[list]),
-        static_cast<std::size_t>(graph_->groups[list + 1] - graph_->groups[list]));
-  }
-  [[nodiscard]] std::span<const std::int32_t> nodes_of(index_t list) const {
-    return equations_.lists()[list];
-  }
-  [[nodiscard]] const double* weights_of(std::int32_t point) const {
-    return graph_->weights.data() + point * graph_->anchors_per_point;
-  }
-  /// Writes the derivatives of a residual of point number `i` of a group, which is `point`, with
-  /// that gradient, acting `beside` the moved point.
-  void write_row(const moved_group& moved, index_t i, std::int32_t point, const vector& gradient,
+  /// Writes the derivatives of a residual of point number `i` of a group, with that gradient,
+  /// acting `beside` the moved point.
+  void write_row(const moved_group& moved, index_t group, index_t i, const vector& gradient,
                  const vector* beside, double scale, double* row) const {
-    const double* weights = weights_of(point);
-    const index_t u = equations_.unknowns_per_node();
+    const double* const weights = graph_->weights_at(graph_->groups[group] + i);
+    const index_t u = equations_->unknowns_per_node();
     for (index_t k = 0; k < moved.anchors; ++k, row += u) {
       const vector scaled = scale * weights[k] * gradient;
       const auto offset = moved.template offset<D>(i, k, gradient.size());
@@ -154,6 +143,7 @@ class warp_engine {
   [[nodiscard]] double points() const { return double(graph_->order.size()); }
 
  private:
+  void set(const warp_options& options);
   void write_link(const motions_type& motions, index_t link, link_weights& weights,
                   row_buffer& rows) const;
   void write_rigidity(const motions_type& motions, std::int32_t node, row_buffer& rows) const;
@@ -170,28 +160,40 @@ class warp_engine {
   index_t data_lists_ = 0;
   double link_weight_ = 0, rigidity_weight_ = 0;
   double mean_link_ = 0;
-  warp_equations equations_;
+  std::shared_ptr<const warp_equations> equations_;
 };
 
 template <Scalar S, int D, MotionModel Motion>
 warp_engine<S, D, Motion>::warp_engine(std::shared_ptr<const deformation_graph_data<S, D>> graph,
                                        Motion motion, const warp_options& options)
-    : graph_{std::move(graph)},
-      motion_{std::move(motion)},
-      options_{options},
-      data_lists_{std::max<index_t>(std::ssize(graph_->groups) - 1, 0)},
-      equations_{index_t(graph_->nodes.cols()), Motion::unknowns(index_t(graph_->nodes.rows())),
-                 lists_of_nodes(*graph_, options.rigidity > 0)} {
+    : graph_{std::move(graph)}, motion_{std::move(motion)} {
+  set(options);
+}
+template <Scalar S, int D, MotionModel Motion>
+warp_engine<S, D, Motion>::warp_engine(const warp_engine& other, const warp_options& options)
+    : warp_engine{other} {
+  set(options);
+}
+
+template <Scalar S, int D, MotionModel Motion>
+void warp_engine<S, D, Motion>::set(const warp_options& options) {
   expect_valid(options, RigidMap<transform_of<Motion, double, D>>);
+  // Which sums there are depends on whether nodes have rows of their own, and on nothing else here.
+  if (!equations_ || (options.rigidity > 0) != (options_.rigidity > 0))
+    equations_ = std::make_shared<const warp_equations>(
+        index_t(graph_->nodes.cols()), Motion::unknowns(index_t(graph_->nodes.rows())),
+        lists_of_nodes(*graph_, options.rigidity > 0));
+  options_ = options;
+  data_lists_ = graph_->group_count();
   double length = 0;
   for (const auto& [a, b] : graph_->links)
     length += (graph_->nodes.col(a) - graph_->nodes.col(b)).template cast<double>().norm();
-  const auto links = double(graph_->links.size()), points = double(graph_->order.size());
+  const auto links = double(graph_->links.size());
   if (links > 0) {
     mean_link_ = length / links;
-    link_weight_ = options.stiffness * points / (2 * links);
+    link_weight_ = options.stiffness * points() / (2 * links);
   }
-  rigidity_weight_ = options.rigidity * options.stiffness * points / double(graph_->nodes.cols());
+  rigidity_weight_ = options.rigidity * options.stiffness * points() / double(graph_->nodes.cols());
 }
 
 /// How node `from` would move node `to`, compared with where that one goes.
@@ -207,7 +209,7 @@ template <Scalar S, int D, MotionModel Motion>
 void warp_engine<S, D, Motion>::write_link(const motions_type& motions, index_t link,
                                            link_weights& weights, row_buffer& rows) const {
   const auto [first, second] = graph_->links[link];
-  const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
+  const index_t u = equations_->unknowns_per_node(), d = motions.shifts.rows();
   const vector none = vector::Zero(d);
   for (const bool is_forward : {true, false}) {
     const std::int32_t from = is_forward ? first : second, to = is_forward ? second : first;
@@ -232,7 +234,7 @@ template <Scalar S, int D, MotionModel Motion>
 void warp_engine<S, D, Motion>::write_rigidity(const motions_type& motions, std::int32_t node,
                                                row_buffer& rows) const {
   const auto linear = motions.linear_of(node);
-  const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
+  const index_t u = equations_->unknowns_per_node(), d = motions.shifts.rows();
   const double scale = std::sqrt(rigidity_weight_) * mean_link_;
   const vector none = vector::Zero(d);
   std::vector<double> part(static_cast<std::size_t>(u));
@@ -283,9 +285,9 @@ template <Scalar S, int D, MotionModel Motion>
 auto warp_engine<S, D, Motion>::moved(const motions_type& motions,
                                       const std::vector<double>& unknowns,
                                       transform_change& change) const -> motions_type {
-  const index_t u = equations_.unknowns_per_node(), d = motions.shifts.rows();
+  const index_t u = equations_->unknowns_per_node(), d = motions.shifts.rows();
   motions_type result = motions;
-  for (index_t k = 0; k < equations_.nodes(); ++k) {
+  for (index_t k = 0; k < equations_->nodes(); ++k) {
     const Eigen::Map<const Eigen::VectorXd> own{unknowns.data() + k * u, u};
     if (own.isZero(0)) continue;
     const auto step = step_around<D>(motion_, own, d);
@@ -309,7 +311,7 @@ auto warp_engine<S, D, Motion>::assess(const motions_type& current, const data_w
   const index_t links = std::ssize(graph_->links);
   memory.links.forward.assign(graph_->links.size(), 0);
   memory.links.backward.assign(graph_->links.size(), 0);
-  const warp_sums& sums = equations_.sum(
+  const warp_sums& sums = equations_->sum(
       [&](index_t list, row_buffer& rows) {
         if (list < data_lists_)
           write(list, rows);
@@ -321,11 +323,11 @@ auto warp_engine<S, D, Motion>::assess(const motions_type& current, const data_w
       {.threads = options_.threads}, memory.equations);
 
   assessment found{sums.totals, sums.energy, {}};
-  std::vector<char> is_reached(static_cast<std::size_t>(equations_.nodes()), 0);
+  std::vector<char> is_reached(static_cast<std::size_t>(equations_->nodes()), 0);
   for (index_t list = 0; list < data_lists_; ++list)
     if (sums.has_rows[list])
-      for (const auto node : equations_.lists()[list]) is_reached[node] = 1;
-  for (std::int32_t node = 0; node < equations_.nodes(); ++node)
+      for (const auto node : equations_->lists()[list]) is_reached[node] = 1;
+  for (std::int32_t node = 0; node < equations_->nodes(); ++node)
     if (!is_reached[node]) found.unsupported_nodes.push_back(node);
   return found;
 }
@@ -336,13 +338,13 @@ auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_
     -> step {
   step found{current, assess(current, write, memory), {}};
   double farthest = 0;
-  for (index_t k = 0; k < equations_.nodes(); ++k)
+  for (index_t k = 0; k < equations_->nodes(); ++k)
     farthest = std::max(farthest, graph_->nodes.col(k).template cast<double>().norm());
   found.change.rounding = 4 * double(std::numeric_limits<S>::epsilon()) * farthest;
   // Rounding must not determine what nothing else does, so that there is always a little damping.
   for (double damping = 1e-8; damping < 1e4; damping *= 100) {
     transform_change change{.rounding = found.change.rounding};
-    auto motions = moved(current, equations_.solve(damping, memory.equations), change);
+    auto motions = moved(current, equations_->solve(damping, memory.equations), change);
     const auto [energy, moved_by] = judge(motions);
     const double total = energy + regularity(motions, current, memory.links);
     if (!(total <= found.before.energy * (1 + 1e-12))) continue;

@@ -18,7 +18,7 @@ namespace {
 
 /// How many lists are summed by one thread at a time, into places of their own: few enough to share
 /// among threads, and many enough to meet the same nodes again and again.
-constexpr index_t lists_at_once = 512;
+constexpr index_t lists_at_once = 1024;
 
 std::vector<std::pair<std::int32_t, std::int32_t>> pairs_of_nodes(const node_lists& lists) {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;

@@ -49,7 +49,7 @@ template <int D, class Term, class Pairs, class Kernel>
                                     const Kernel& robust, const robust_kernel& more,
                                     const matched_pair<D>& pair, double distance) {
   weight *= double(evaluate_pair<double>(by, pair.source_index, pair.target_index, distance));
-  if (!std::same_as<Kernel, unit_weight> || more) {
+  if (weight != 0 && (!std::same_as<Kernel, unit_weight> || more)) {
     double square = 0;
     term(pair, [&](double value, const auto&...) { square += value * value; });
     if (!std::isfinite(square)) return 0;
@@ -100,12 +100,19 @@ class warp_estimator {
             "warp_estimator: the metric needs normals of the source; estimate them first");
     if constexpr (needs_target_normals<Metric>) expect_unit_length(t.normals, "target");
     if constexpr (needs_source_normals<Metric>) expect_unit_length(s.normals, "source");
-    with_terms(metric_, [&](const auto&, double weight, const auto& by, const auto&) {
-      expect_between(0, weight, std::numeric_limits<double>::max(),
-                     "warp_estimator: the weight of a term");
-      expect_sizes(by, s.points.size(), t.points.size(), "warp_estimator");
-    });
+    expect_weights();
     engine_ = std::make_shared<const engine>(graph_.shared_data(), std::move(motion), options);
+  }
+
+  /// The same with another metric and other options, as where stiffness falls from step to step:
+  /// what depends on the graph alone is shared. Throws `invalid_input` for options that make no
+  /// sense.
+  [[nodiscard]] warp_estimator with(Metric metric, const warp_options& options) const {
+    warp_estimator other = *this;
+    other.metric_ = std::move(metric);
+    other.expect_weights();
+    other.engine_ = std::make_shared<const engine>(*engine_, options);
+    return other;
   }
 
   /// The field that moves nothing.
@@ -163,6 +170,15 @@ class warp_estimator {
       return 1;
   }
 
+  void expect_weights() const {
+    with_terms(metric_, [&](const auto&, double weight, const auto& by, const auto&) {
+      expect_between(0, weight, std::numeric_limits<double>::max(),
+                     "warp_estimator: the weight of a term");
+      expect_sizes(by, surfaces_.source.points.size(), surfaces_.target.points.size(),
+                   "warp_estimator");
+    });
+  }
+
   template <std::size_t N>
   static auto spans_of(const std::array<correspondences<S>, N>& pairs) {
     static_assert(N == terms(), "there must be one searcher for each term of the metric");
@@ -181,13 +197,14 @@ class warp_estimator {
     });
   }
 
-  [[nodiscard]] matched_pair<C> pair_of(const node_motions<C>& motions, index_t list,
+  [[nodiscard]] matched_pair<C> pair_of(const node_motions<C>& motions, index_t group,
                                         const vector& place, std::int32_t s, index_t t) const {
     return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
         place, surfaces_.target, s, t, [&] {
-          const auto nodes = engine_->nodes_of(list);
+          const auto& graph = engine_->graph();
+          const auto nodes = graph.anchors_of(group);
           const typename engine::matrix linear = blended<S, C>::linear(
-              motions, nodes, std::span{engine_->weights_of(s), nodes.size()});
+              motions, nodes, std::span{graph.weights_at(graph.place_of[s]), nodes.size()});
           const vector n = surfaces_.source.normals[s].template cast<double>();
           if constexpr (RigidMap<typename transform_type::transform_type>)
             return vector{linear * n};
@@ -283,7 +300,7 @@ class warp_estimator {
     const index_t d = surfaces_.dimension;
     moved_group moved;
     move_group(engine_->graph(), motions, surfaces_.source.points, group, true, moved);
-    const auto points = engine_->points_of(group);
+    const auto points = engine_->graph().points_of(group);
     for (index_t i = 0; i < std::ssize(points); ++i) {
       const std::int32_t s = points[i];
       if (!pairs.has(s)) continue;
@@ -307,7 +324,7 @@ class warp_estimator {
             bool has_rows = false;
             const auto add = [&](double value, const vector& gradient, const vector* beside) {
               if (!std::isfinite(value)) return;
-              engine_->write_row(moved, i, s, gradient, beside, scale, rows.add(scale * value));
+              engine_->write_row(moved, group, i, gradient, beside, scale, rows.add(scale * value));
               rows.totals.squared_residual += weight * value * value;
               has_rows = true;
             };
@@ -338,7 +355,7 @@ class warp_estimator {
       }
     };
     const index_t d = surfaces_.dimension;
-    const index_t groups = std::ssize(engine_->graph().groups) - 1;
+    const index_t groups = engine_->graph().group_count();
     constexpr index_t at_once = 256;
     std::vector<sums> parts(static_cast<std::size_t>((groups + at_once - 1) / at_once));
     parallel_blocks(groups, at_once, {.threads = engine_->options().threads},
@@ -347,7 +364,7 @@ class warp_estimator {
                       for (index_t group = begin; group < end; ++group) {
                         move_group(engine_->graph(), motions, surfaces_.source.points, group, false,
                                    moved);
-                        const auto points = engine_->points_of(group);
+                        const auto points = engine_->graph().points_of(group);
                         for (index_t i = 0; i < std::ssize(points); ++i)
                           if (pairs.has(points[i]))
                             judge_point(motions, group, points[i],

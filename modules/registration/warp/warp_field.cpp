@@ -26,9 +26,9 @@ template <Scalar S, int D>
 local_motion<D> motion_at(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
                           const point_vector<double, D>& p, bool is_rigid) {
   const point_vector<S, D> rounded = p.template cast<S>();
-  const auto [nodes, weights] = anchors_at<S, D>(graph, rounded);
-  local_motion<D> local{blended<S, D>::linear(motions, nodes, weights),
-                        blended<S, D>::place(graph, motions, nodes, weights, p)};
+  const auto near = anchors_at<S, D>(graph, rounded);
+  local_motion<D> local{blended<S, D>::linear(motions, near.nodes(), near.weights()),
+                        blended<S, D>::place(graph, motions, near.nodes(), near.weights(), p)};
   if (is_rigid) local.linear = nearest_rotation(local.linear);
   return local;
 }
@@ -39,11 +39,11 @@ template <Scalar S, int D>
 void move_group(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
                 points_view<S, D> points, index_t group, bool with_offsets, moved_group& out) {
   const index_t d = motions.shifts.rows();
-  const std::int32_t* const indices = graph.order.data() + graph.groups[group];
-  const index_t count = graph.groups[group + 1] - graph.groups[group];
-  const std::int32_t* const nodes = graph.anchors.data() + indices[0] * graph.anchors_per_point;
-  index_t anchors = 0;
-  while (anchors < graph.anchors_per_point && nodes[anchors] >= 0) ++anchors;
+  const std::int32_t* const indices = graph.points_of(group).data();
+  const index_t count = std::ssize(graph.points_of(group));
+  const double* const weights = graph.weights_at(graph.groups[group]);
+  const auto nodes = graph.anchors_of(group);
+  const index_t anchors = std::ssize(nodes);
   out.anchors = anchors;
   out.stride = D == 3 ? detail::place_stride : d;
   if (const auto size = static_cast<std::size_t>(count * out.stride); out.places.size() < size)
@@ -67,19 +67,19 @@ void move_group(const deformation_graph_data<S, D>& graph, const node_motions<D>
     static const auto move = detail::for_target(
         static_cast<int>(current_vector_target()),
         []<detail::kernel_target V> { return detail::move_by_anchors_in<V, S>(); });
-    move({points.data(), points.stride(), graph.weights.data(), graph.anchors_per_point, indices,
-          count, frames.data(), static_cast<int>(anchors)},
+    move({points.data(), points.stride(), indices, weights, graph.anchors_per_point, count,
+          frames.data(), static_cast<int>(anchors)},
          out.places.data(), with_offsets ? out.offsets.data() : nullptr);
   } else {
     for (index_t i = 0; i < count; ++i) {
-      const double* const weights = graph.weights.data() + indices[i] * graph.anchors_per_point;
+      const double* const own = weights + i * graph.anchors_per_point;
       Eigen::Map<point_vector<double, D>> place{out.places.data() + i * d, d};
       place.setZero();
       const point_vector<double, D> p = points[indices[i]].template cast<double>();
       for (index_t k = 0; k < anchors; ++k) {
         const point_vector<double, D> node = graph.nodes.col(nodes[k]).template cast<double>();
         const point_vector<double, D> offset = motions.linear_of(nodes[k]) * (p - node);
-        place += weights[k] * (offset + (node + motions.shifts.col(nodes[k])));
+        place += own[k] * (offset + (node + motions.shifts.col(nodes[k])));
         if (with_offsets) std::copy_n(offset.data(), d, out.offsets.data() + (i * anchors + k) * d);
       }
     }
@@ -91,8 +91,8 @@ void move_groups(const deformation_graph_data<S, D>& graph, const node_motions<D
                  points_view<S, D> points, mutable_points_view<S, D> out, const execution& how) {
   const index_t d = motions.shifts.rows();
   for (index_t i = 0; i < out.size(); ++i)
-    if (graph.anchors[i * graph.anchors_per_point] < 0) out[i] = points[i];
-  parallel_blocks(std::ssize(graph.groups) - 1, 64, how, [&](index_t, index_t begin, index_t end) {
+    if (graph.group_of[i] < 0) out[i] = points[i];
+  parallel_blocks(graph.group_count(), 64, how, [&](index_t, index_t begin, index_t end) {
     moved_group moved;
     for (index_t group = begin; group < end; ++group) {
       move_group(graph, motions, points, group, false, moved);

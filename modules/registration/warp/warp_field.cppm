@@ -158,15 +158,16 @@ class warp_field {
   /// Where any point goes, with the nodes nearest to it as its anchors. One that is not finite
   /// stays. O(log nodes).
   [[nodiscard]] point_vector<S, D> at(const point_ref<S, D>& p) const {
-    const auto [nodes, weights] = anchors_near(p);
-    return blend::place(graph_.data(), motions_, nodes, weights, p.template cast<double>())
+    const auto near = anchors_near(p);
+    return blend::place(graph_.data(), motions_, near.nodes(), near.weights(),
+                        p.template cast<double>())
         .template cast<S>();
   }
   /// The direction to which a normal at any point is turned.
   [[nodiscard]] point_vector<S, D> normal_at(const point_ref<S, D>& p,
                                              const point_ref<S, D>& n) const {
-    const auto [nodes, weights] = anchors_near(p);
-    return turned(nodes, weights, n);
+    const auto near = anchors_near(p);
+    return turned(near.nodes(), near.weights(), n);
   }
   /// The point that `at` moves to `place`; nothing if none is found, as where the field folds.
   [[nodiscard]] std::optional<point_vector<S, D>> inverse_at(const point_ref<S, D>& place) const {

@@ -47,8 +47,9 @@ struct blended {
     vector sum = vector::Zero(p.size());
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const vector node = graph.nodes.col(nodes[k]).template cast<double>();
-      sum += weights[k] *
-             (motions.linear_of(nodes[k]) * (p - node) + node + motions.shifts.col(nodes[k]));
+      const vector after = node + motions.shifts.col(nodes[k]);
+      const vector offset = motions.linear_of(nodes[k]) * (p - node);
+      sum += weights[k] * (offset + after);
     }
     return sum;
   }

@@ -16,6 +16,7 @@ module;
 module cilantro.spatial;
 
 import :polytope_shape;
+import :pulling;
 
 namespace cilantro {
 namespace {
@@ -25,34 +26,6 @@ using simplex_table = Eigen::Matrix<std::int32_t, dynamic, dynamic>;
 constexpr const char* not_verified =
     "delaunay_triangulation: the simplices do not fill the hull side by side; points may be too "
     "near to each other for their distance from the others, which voxel_downsample mends";
-
-/// Cuts a polytope of dimension k, given by its corners and those of its facets, all ascending,
-/// into simplices that all have its first corner. Facets are cut in the same way, so that those of
-/// two polytopes that share a facet fit.
-void pull(const index_list& corners, const std::vector<index_list>& facets, index_t k,
-          index_list& prefix, index_list& out) {
-  if (std::ssize(corners) == k + 1) {
-    out.insert(out.end(), prefix.begin(), prefix.end());
-    out.insert(out.end(), corners.begin(), corners.end());
-    return;
-  }
-  // No polytope of that dimension: what is missing then, the sum of volumes shows.
-  if (k < 1 || std::ssize(corners) <= k) return;
-  prefix.push_back(corners[0]);
-  for (const auto& facet : facets) {
-    if (facet[0] == corners[0]) continue;
-    std::vector<index_list> ridges;
-    if (std::ssize(facet) > k)
-      for (const auto& other : facets) {
-        index_list common;
-        std::ranges::set_intersection(facet, other, std::back_inserter(common));
-        if (&other != &facet && std::ssize(common) >= std::max<index_t>(1, k - 1))
-          ridges.push_back(std::move(common));
-      }
-    pull(facet, ridges, k - 1, prefix, out);
-  }
-  prefix.pop_back();
-}
 
 /// The simplices of the lower side of the hull of lifted points, by the hull's vertices.
 index_list lower_simplices(const convex_polytope<>& lifted, index_t d) {

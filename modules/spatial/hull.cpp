@@ -20,6 +20,7 @@ module cilantro.spatial;
 import :hull_candidates;
 import :polytope_measures;
 import :polytope_shape;
+import :pulling;
 
 namespace cilantro {
 namespace {
@@ -94,32 +95,11 @@ std::vector<std::int32_t> first_equals(const Eigen::MatrixXd& points, index_list
   return first;
 }
 
-/// Facets that are the simplices of the boundary.
-void facets_from_simplices(polytope_shape& shape) {
-  const index_t d = shape.vertices.rows(), count = std::ssize(shape.simplices) / d;
-  const Eigen::VectorXd middle = shape.vertices.rowwise().mean();
-  shape.normals.resize(d, count);
-  shape.offsets.resize(count);
-  for (index_t f = 0; f < count; ++f) {
-    const std::span corners{shape.simplices.data() + f * d, static_cast<std::size_t>(d)};
-    const Eigen::VectorXd first = shape.vertices.col(corners[0]);
-    Eigen::MatrixXd edges(d, d - 1);
-    for (index_t k = 1; k < d; ++k) edges.col(k - 1) = shape.vertices.col(corners[k]) - first;
-    const Eigen::VectorXd across = complement_of(span_of(edges, 0)).col(0);
-    shape.normals.col(f) = across.dot(first - middle) < 0 ? Eigen::VectorXd{-across} : across;
-    shape.offsets[f] = shape.normals.col(f).dot(first);
-    shape.facets.values.insert(shape.facets.values.end(), corners.begin(), corners.end());
-    shape.facets.close();
-  }
-}
-
 /// The hull of points that no hyperplane holds, at least two axes.
-polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, double merged,
-                             const hull_options& how) {
+polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, double merged) {
   const index_t d = points.rows();
-  const auto found = detail::run_qhull(
-      points.data(), static_cast<int>(points.cols()), static_cast<int>(d),
-      d > 3 ? detail::qhull_wish::facets_and_simplices : detail::qhull_wish::facets, merged);
+  const auto found = detail::run_qhull(points.data(), static_cast<int>(points.cols()),
+                                       static_cast<int>(d), merged);
   if (!found.error.empty()) throw std::runtime_error{"convex_hull: Qhull failed: " + found.error};
 
   const auto first = first_equals(points, found.vertices.values);
@@ -134,11 +114,6 @@ polytope_shape hull_by_qhull(const Eigen::MatrixXd& points, double merged,
   shape.vertices = columns_of(points, shape.indices);
   const auto vertex = [&](auto i) { return place[first[i]]; };
 
-  std::ranges::transform(found.simplices, std::back_inserter(shape.simplices), vertex);
-  if (d > 3 && how.simplicial) {
-    facets_from_simplices(shape);
-    return shape;
-  }
   const index_t count = std::ssize(found.vertices.begins) - 1;
   std::ranges::transform(found.vertices.values, std::back_inserter(shape.facets.values), vertex);
   shape.facets.begins = found.vertices.begins;
@@ -234,9 +209,17 @@ polytope_data hull_of(const Eigen::MatrixXd& input, double flat, const hull_opti
     shape.normals.resize(0, 0);
     shape.rays.resize(0, 0);
   } else {
-    shape = k == 1 ? segment_of(points) : hull_by_qhull(points, rounding / scale, how);
-    shape.rays.resize(k, 0);
-    arrange(shape, true, how.simplicial);
+    // Facets that are merged where points are nearly in a plane need not fit: then more are.
+    constexpr double most_merged = 1e-9;
+    for (double merged = rounding / scale;; merged = std::min(64 * merged, most_merged)) {
+      shape = k == 1 ? segment_of(points) : hull_by_qhull(points, merged);
+      shape.rays.resize(k, 0);
+      arrange(shape, true, how.simplicial);
+      if (k <= 3 || closes_up(shape.simplices, k)) break;
+      if (merged == most_merged)
+        throw std::runtime_error{
+            "convex_hull: the facets do not close up. A larger tolerance may help"};
+    }
     outside = farthest_outside(shape, points);
     if (outside * scale > std::max(how.tolerance, 1e-9 * size))
       throw std::runtime_error{"convex_hull: the result does not hold; a point is outside by " +

@@ -129,8 +129,8 @@ bool mark_inner(points_view<S, dynamic> points, const hull_options& how,
   if (few.cols() <= d ||
       span_of(few.rightCols(few.cols() - 1).colwise() - few.col(0).eval(), 1e-6 * size).cols() < d)
     return false;
-  const auto hull = detail::run_qhull(few.data(), static_cast<int>(few.cols()), static_cast<int>(d),
-                                      detail::qhull_wish::facets);
+  const auto hull =
+      detail::run_qhull(few.data(), static_cast<int>(few.cols()), static_cast<int>(d));
   if (!hull.error.empty()) return false;
   const Eigen::Map<const Eigen::MatrixXd> normals(hull.normals.data(), d,
                                                   std::ssize(hull.normals) / d);

@@ -6,12 +6,8 @@ module;
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <span>
-#include <string>
 #include <utility>
 #include <vector>
-
-#include "spatial/qhull.hpp"
 module cilantro.spatial:polytope_measures;
 
 import cilantro.core;
@@ -20,11 +16,6 @@ import :polytope_data;
 import :polytope_shape;
 
 namespace cilantro {
-
-struct boundary_simplices {
-  index_list simplices;
-  std::string error;
-};
 
 namespace {
 
@@ -119,18 +110,10 @@ polytope_data embed(polytope_shape shape, const affine_subspace& within) {
   return out;
 }
 
-/// The boundary of a bounded polytope as simplices, for more than three dimensions, in which they
-/// are not known from the facets' rings; or an error that says why not.
-boundary_simplices simplices_of_boundary(const Eigen::MatrixXd& vertices) {
-  Eigen::MatrixXd corners = vertices.colwise() - vertices.rowwise().mean().eval();
-  corners /= corners.cwiseAbs().maxCoeff();
-  if (!corners.allFinite() || span_of(corners, 1e-14).cols() < corners.rows())
-    return {.simplices = {}, .error = "the polytope is too thin"};
-  auto hull =
-      detail::run_qhull(corners.data(), static_cast<int>(corners.cols()),
-                        static_cast<int>(corners.rows()), detail::qhull_wish::facets_and_simplices);
-  if (!hull.error.empty()) return {.simplices = {}, .error = "Qhull failed: " + hull.error};
-  return {.simplices = {hull.simplices.begin(), hull.simplices.end()}, .error = {}};
+/// The polytope whose coordinates are those of its space.
+polytope_data embed_in_space(polytope_shape shape) {
+  const index_t d = shape.vertices.rows();
+  return embed(std::move(shape), {Eigen::VectorXd::Zero(d), Eigen::MatrixXd::Identity(d, d)});
 }
 
 /// Moves the polytope.

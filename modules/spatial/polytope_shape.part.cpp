@@ -19,6 +19,7 @@ module cilantro.spatial:polytope_shape;
 import cilantro.core;
 import cilantro.eigen;
 import :polytope_data;
+import :pulling;
 
 namespace cilantro {
 
@@ -220,8 +221,12 @@ void find_neighbors_at_corners(polytope_shape& shape) {
       meeting[g].push_back(static_cast<std::int32_t>(f));
   using pair = std::pair<std::int32_t, std::int32_t>;
   std::vector<pair> neighbors, candidates;
+  // Along lines, facets meet that are not neighbours.
+  const bool has_lines =
+      corners > 0 && std::ranges::any_of(meeting.begin(), meeting.begin() + corners,
+                                         [&](const auto& list) { return std::ssize(list) < d; });
   for (index_t g = 0; g < std::ssize(meeting); ++g) {
-    const bool is_simple = std::ssize(meeting[g]) <= (g < corners ? d : d - 1);
+    const bool is_simple = !has_lines && std::ssize(meeting[g]) <= (g < corners ? d : d - 1);
     auto& list = is_simple ? neighbors : candidates;
     for (const auto a : meeting[g])
       for (const auto b : meeting[g])
@@ -340,6 +345,20 @@ void arrange(polytope_shape& shape, bool refit, bool simplicial) {
   } else if (d <= 2 && bounded) {
     if (refit) refit_planes(shape);
     shape.simplices = shape.facets.values;
+  } else if (bounded) {
+    auto pulled = pulled_boundary(shape.facets, d);
+    if (simplicial) {
+      shape.facets = {{0}, std::move(pulled.corners)};
+      for (index_t s = 1; s <= std::ssize(pulled.facets); ++s)
+        shape.facets.begins.push_back(static_cast<std::int32_t>(s * d));
+      shape.normals = columns_of(shape.normals, pulled.facets);
+      shape.offsets = entries_of(shape.offsets, pulled.facets);
+      shape.neighbors = {};
+      order_facets(shape);
+      shape.simplices = shape.facets.values;
+    } else {
+      shape.simplices = std::move(pulled.corners);
+    }
   }
   if (shape.neighbors.size() == shape.facets.size()) return;
   if (bounded && simplicial)

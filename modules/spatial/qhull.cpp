@@ -4,7 +4,6 @@
 // nothing of modules.
 #include "spatial/qhull.hpp"
 
-#include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
@@ -61,19 +60,6 @@ class qhull_run {
                         const_cast<char*>(options), nullptr, messages_.file()) == 0;
   }
 
-  /// Cuts all facets into simplices. `qh_new_qhull` has left no place to jump to, and without one
-  /// Qhull ends the process on an error.
-  [[nodiscard]] bool triangulate() {
-    if (setjmp(qh_.errexit) != 0) {
-      qh_.NOerrexit = True;
-      return false;
-    }
-    qh_.NOerrexit = False;
-    qh_triangulate(&qh_);
-    qh_.NOerrexit = True;
-    return true;
-  }
-
   void read_facets(int dimension, qhull_facets& out) {
     qhT* qh = &qh_;
     std::vector<std::int32_t> order(qh->facet_id, -1);
@@ -90,18 +76,6 @@ class qhull_run {
     }
   }
 
-  [[nodiscard]] bool read_simplices(int dimension, qhull_facets& out) {
-    qhT* qh = &qh_;
-    facetT* facet;
-    vertexT *vertex, **vertexp;
-    FORALLfacets {
-      const std::size_t before = out.simplices.size();
-      FOREACHvertex_(facet->vertices) out.simplices.push_back(qh_pointid(qh, vertex->point));
-      if (out.simplices.size() != before + dimension) return false;
-    }
-    return true;
-  }
-
   [[nodiscard]] std::string message() { return messages_.first_line(); }
 
  private:
@@ -111,8 +85,7 @@ class qhull_run {
 
 }  // namespace
 
-qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wish wish,
-                       double merged) {
+qhull_facets run_qhull(const double* points, int count, int dimension, double merged) {
   qhull_facets out;
   // Searching all points for the first simplex helps where the usual search finds a flat one. That
   // wide facets may stay is the last resort; results are verified by the caller.
@@ -126,12 +99,6 @@ qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wis
     if (run.hull(points, count, dimension, options)) {
       out.error.clear();
       run.read_facets(dimension, out);
-      if (wish == qhull_wish::facets_and_simplices &&
-          !(run.triangulate() && run.read_simplices(dimension, out))) {
-        out = {};
-        out.error = "Qhull cannot cut its facets into simplices";
-        continue;
-      }
       return out;
     }
     out.error = run.message();

@@ -23,18 +23,13 @@ struct qhull_facets {
   index_lists neighbors;  ///< Facets that share a ridge, in no order.
   /// `dimension` numbers per facet: its outward normal, of unit length.
   std::vector<double> normals;
-  /// If asked for, the boundary as simplices: `dimension` indices of points each.
-  std::vector<std::int32_t> simplices;
   std::string error;  ///< Empty if all went well; otherwise what Qhull says.
 };
-
-enum class qhull_wish { facets, facets_and_simplices };
 
 /// The convex hull of `count` finite points of `dimension` coordinates, packed, at least 2, which
 /// must not lie in a hyperplane. Facets that are within `merged` of one plane become one; 0 stands
 /// for what Qhull's own rounding asks for. Writes nothing anywhere and never ends the process.
 /// Throws `std::bad_alloc` alone.
-qhull_facets run_qhull(const double* points, int count, int dimension, qhull_wish wish,
-                       double merged = 0);
+qhull_facets run_qhull(const double* points, int count, int dimension, double merged = 0);
 
 }  // namespace cilantro::detail

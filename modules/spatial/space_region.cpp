@@ -39,31 +39,46 @@ struct part {
 };
 
 /// Cuts off what is outside of `cutter`, in pieces: for each facet that is across, what is on its
-/// outer side and on the inner side of those before. Returns what is inside, if anything is.
-std::optional<part> cut_off(const part& cut, const polytope_data& cutter,
-                            std::vector<part>* outside) {
+/// outer side and on the inner side of those before. Writes what is inside, where that is asked
+/// for; false if nothing is.
+bool cut_off(const part& cut, const polytope_data& cutter, std::vector<part>* outside,
+             std::optional<part>* inside) {
   const double tolerance = std::max(cut.tolerance, cutter.tolerance);
   std::vector<index_t> across;
   for (index_t f = 0; f < cutter.normals.cols(); ++f) {
-    const auto [least, most] = cut.shape.beside(cutter.normals.col(f).data(), cutter.offsets[f]);
-    if (least >= -tolerance) return {};
-    if (most > tolerance) across.push_back(f);
+    const auto [has_inner, has_outer] =
+        cut.shape.beside(cutter.normals.col(f).data(), cutter.offsets[f], tolerance);
+    if (!has_inner) return false;
+    if (has_outer) across.push_back(f);
   }
-  std::optional<cell> inside = cut.shape;
+  const cell* left = &cut.shape;
+  std::optional<cell> made;
   for (const auto f : across) {
-    if (!inside) return {};
-    auto halves =
-        std::move(*inside).split(cutter.normals.col(f).data(), cutter.offsets[f], tolerance);
+    const double *normal = cutter.normals.col(f).data(), offset = cutter.offsets[f];
+    if (left != &cut.shape) {
+      const auto [has_inner, has_outer] = left->beside(normal, offset, tolerance);
+      if (!has_outer) continue;
+      if (!has_inner) {
+        if (outside) outside->push_back({*left, tolerance});
+        return false;
+      }
+    }
+    // Whether there is something inside of the last one is known.
+    const bool wants_inner = inside || f != across.back();
+    auto halves = left->split(normal, offset, tolerance, wants_inner, outside != nullptr);
     if (outside && halves.outer) outside->push_back({std::move(*halves.outer), tolerance});
-    inside = std::move(halves.inner);
+    if (!wants_inner) return true;
+    if (!halves.inner) return false;
+    made = std::move(halves.inner);
+    left = &*made;
   }
-  if (!inside) return {};
-  return part{std::move(*inside), tolerance};
+  if (inside) *inside = part{*left, tolerance};
+  return true;
 }
 
 void subtract(const part& cut, const polytope_data& cutter, std::vector<part>& left) {
   const auto before = std::ssize(left);
-  if (cut_off(cut, cutter, &left)) return;
+  if (cut_off(cut, cutter, &left, nullptr)) return;
   // The two do not meet: what it would be cut into is the whole.
   left.erase(left.begin() + before, left.end());
   left.push_back(cut);
@@ -109,7 +124,8 @@ polytope_pieces intersection_of(const polytope_pieces& a, const polytope_pieces&
   for (const auto& p : a) {
     for (const auto& q : b) {
       if (boxes_are_apart(*p, *q, tolerance_of(*p, *q))) continue;
-      if (const auto both = cut_off({cell{p}, p->tolerance}, *q, nullptr))
+      std::optional<part> both;
+      if (cut_off({cell{p}, p->tolerance}, *q, nullptr, &both))
         if (auto made = both->shape.polytope(both->tolerance)) common.push_back(std::move(made));
     }
   }

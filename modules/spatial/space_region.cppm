@@ -30,10 +30,10 @@ void find_inside(const polytope_pieces& pieces, points_view<S, dynamic> points,
 /// volume is the sum of theirs.
 ///
 /// Regions are closed and have an inside: the boundary belongs to a region and to its complement,
-/// and what is flat or thinner than the tolerance of the polytopes has no part in them. In four and
-/// more dimensions volumes may be off by 10⁻⁵ of their size, and those of complements by more, or
-/// an operation may throw `std::runtime_error`. Values;
-/// const calls are safe from any thread. Is a `Region`.
+/// and what is flat or thinner than the tolerance of the polytopes has no part in them. Where
+/// planes of the sets are parallel but for 10⁻¹² to 10⁻⁶, an operation may throw
+/// `std::runtime_error`, and in rare cases a result may be wrong. Values; const calls are safe from
+/// any thread. Is a `Region`.
 export template <int D = dynamic>
 class space_region {
  public:

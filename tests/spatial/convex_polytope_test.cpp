@@ -315,3 +315,45 @@ TEST_CASE_TEMPLATE("a tolerance makes hulls flat, and never fail", S, float, dou
     CHECK(std::ranges::count(in, 1) == 500);
   }
 }
+
+TEST_CASE(
+    "hulls in four and five dimensions are as large as closed forms, also where facets merge") {
+  for (const index_t d : {4, 5}) {
+    const index_t side = d == 4 ? 5 : 3;
+    index_t count = 1;
+    for (index_t k = 0; k < d; ++k) count *= side;
+    Eigen::MatrixXd grid(d, count);
+    for (index_t i = 0; i < count; ++i)
+      for (index_t k = 0, rest = i; k < d; ++k, rest /= side) grid(k, i) = double(rest % side);
+    const Eigen::MatrixXd turned = rotation(d, 3) * grid;
+    const double volume = std::pow(double(side - 1), double(d));
+    for (const double noise : {0.0, 1e-14, 1e-12, 1e-10, 1e-8})
+      for (const bool simplicial : {false, true}) {
+        CAPTURE(noise);
+        random_stream random{1};
+        Eigen::MatrixXd points = turned;
+        for (index_t i = 0; i < points.size(); ++i)
+          points.data()[i] += noise * random.uniform(-1, 1);
+        const auto hull = convex_hull(points, {.simplicial = simplicial});
+        CHECK(hull.volume() == doctest::Approx(volume).epsilon(1e-12 + 20 * noise));
+        if (!simplicial) continue;
+        CHECK(hull.facets().size() * d == std::ssize(hull.simplices()));
+        for (const auto& facet : hull.facets()) {
+          CHECK(std::ssize(facet.vertices) == d);
+          CHECK(std::ssize(facet.neighbors) == d);
+        }
+      }
+  }
+}
+
+TEST_CASE("parallel facets of sets that contain lines are no neighbours") {
+  for (const index_t d : {3, 4, 5}) {
+    Eigen::MatrixXd normals = Eigen::MatrixXd::Zero(d, 3);
+    normals.row(0) << 1, -1, 0;
+    normals(1, 2) = 1;
+    const auto half_slab = intersect_half_spaces(normals, std::vector{1.0, 1.0, 1.0});
+    REQUIRE(half_slab.facets().size() == 3);
+    for (const auto& facet : half_slab.facets())
+      CHECK(std::ssize(facet.neighbors) == (std::abs(facet.normal[0]) > 0.5 ? 1 : 2));
+  }
+}

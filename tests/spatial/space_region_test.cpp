@@ -16,13 +16,79 @@ using namespace cilantro;
 
 namespace {
 
+using d4 = test::space<double, 4>;
+
 template <int D>
-convex_polytope<D> random_polytope(std::uint64_t seed, double spread) {
+convex_polytope<D> random_polytope(std::uint64_t seed, double spread, int corners = 12) {
   random_stream random{seed};
-  const auto points = test::random_points<test::space<double, D>>(12, seed, -0.6, 0.6);
+  const auto points = test::random_points<test::space<double, D>>(corners, seed, -0.6, 0.6);
   point_vector<double, D> center;
   for (int d = 0; d < D; ++d) center[d] = random.uniform(-spread, spread);
   return convex_hull(point_matrix<double, D>{points.colwise() + center});
+}
+
+/// A matrix of orthonormal columns.
+template <int D>
+Eigen::Matrix<double, D, D> random_rotation(random_stream& random) {
+  Eigen::Matrix<double, D, D> axes;
+  for (int j = 0; j < D; ++j) {
+    for (int i = 0; i < D; ++i) axes(i, j) = random.uniform(-1, 1);
+    for (int twice = 0; twice < 2; ++twice)
+      for (int k = 0; k < j; ++k) axes.col(j) -= axes.col(k).dot(axes.col(j)) * axes.col(k);
+    axes.col(j).normalize();
+  }
+  return axes;
+}
+
+/// What random sets of half-spaces have in common, with the origin inside.
+template <int D>
+convex_polytope<D> random_wedge(random_stream& random, int count) {
+  point_matrix<double, D> normals(D, count);
+  std::vector<double> offsets;
+  for (int i = 0; i < count; ++i) {
+    normals.col(i) = random_rotation<D>(random).col(0);
+    offsets.push_back(random.uniform(0, 0.4));
+  }
+  return intersect_half_spaces(normals, offsets);
+}
+
+/// A box whose corners are on a grid of quarters, so that many share planes and corners.
+template <int D>
+convex_polytope<D> random_grid_box(random_stream& random) {
+  point_vector<double, D> low, high;
+  for (int d = 0; d < D; ++d) {
+    low[d] = std::floor(random.uniform(-3, 1)) / 4;
+    high[d] = low[d] + (1 + std::floor(random.uniform(0, 3))) / 4;
+  }
+  return convex_polytope<D>{box{low, high}};
+}
+
+/// A box in any direction.
+template <int D>
+convex_polytope<D> random_rotated_box(random_stream& random) {
+  const auto axes = random_rotation<D>(random);
+  point_matrix<double, D> normals(D, 2 * D);
+  normals << axes, -axes;
+  std::vector<double> offsets;
+  for (int i = 0; i < 2 * D; ++i) offsets.push_back(random.uniform(0.1, 0.6));
+  return intersect_half_spaces(normals, offsets);
+}
+
+/// Sets of different kinds, bounded and unbounded.
+template <int D>
+convex_polytope<D> random_set(random_stream& random, int kind) {
+  switch (kind % 5) {
+    case 0:
+      return random_grid_box<D>(random);
+    case 1:
+      return random_rotated_box<D>(random);
+    case 2:
+      return random_polytope<D>(std::uint64_t(random.uniform(1, 1e6)), 0.3, D + 3);
+    case 3:
+      return random_wedge<D>(random, 1);
+    default:
+      return random_wedge<D>(random, 4);
+  }
 }
 
 /// The volume of a union of boxes, by the grid of all their planes.
@@ -105,11 +171,16 @@ TEST_CASE("regions contain what the sets that they are made of say") {
   CHECK(wrong == 0);
 }
 
-TEST_CASE_TEMPLATE("pieces are as large as the polytopes that they make", T, test::d2, test::d3) {
+TEST_CASE_TEMPLATE("pieces are as large as the polytopes that they make", T, test::d2, test::d3, d4,
+                   test::d5) {
   constexpr int D = T::dimension;
-  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    const auto a = random_polytope<D>(3 * seed, 0.3), b = random_polytope<D>(3 * seed + 1, 0.3);
-    const auto c = random_polytope<D>(3 * seed + 2, 0.3);
+  // In higher dimensions, polytopes of as many corners have hundreds of pieces.
+  constexpr int corners = D <= 3 ? 12 : D == 4 ? 9 : 8;
+  constexpr std::uint64_t seeds = D <= 3 ? 60 : D == 4 ? 8 : 2;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    const auto a = random_polytope<D>(3 * seed, 0.3, corners);
+    const auto b = random_polytope<D>(3 * seed + 1, 0.3, corners);
+    const auto c = random_polytope<D>(3 * seed + 2, 0.3, corners);
     // Of two polytopes, by the duality of half-spaces; of regions, by cutting.
     const auto both = a & b;
     CHECK((space_region{a} & space_region{b}).volume() ==
@@ -120,6 +191,110 @@ TEST_CASE_TEMPLATE("pieces are as large as the polytopes that they make", T, tes
     CHECK(((a | b) - c).volume() == doctest::Approx(all - c.volume()).epsilon(1e-11));
     CHECK((~~(a | b) - c).volume() == doctest::Approx(all - c.volume()).epsilon(1e-9));
   }
+}
+
+TEST_CASE_TEMPLATE("regions of sets of all kinds are what logic says", T, test::d2, test::d3, d4) {
+  constexpr int D = T::dimension;
+  using vector = point_vector<double, D>;
+  const space_region<D> window{
+      convex_polytope<D>{box{vector::Constant(-1.5), vector::Constant(1.5)}}};
+  const auto volume = [&](const space_region<D>& region) { return (region & window).volume(); };
+  for (int kinds = 0; kinds < 75; ++kinds) {
+    CAPTURE(kinds);
+    random_stream random{std::uint64_t(kinds + 1)};
+    const auto a = random_set<D>(random, kinds), b = random_set<D>(random, kinds / 5);
+    const auto c = random_set<D>(random, kinds / 25);
+    const auto either = space_region<D>{a} | b, both = space_region<D>{a} & space_region<D>{b};
+    const auto first = a - b;
+    const auto neither = ~either, again = ~neither, less = again - c, none = neither - c;
+    auto turn = Eigen::Transform<double, D, Eigen::Affine>::Identity();
+    turn.linear() = random_rotation<D>(random);
+    turn.translation() = vector::Constant(0.1);
+    const auto turned = transform_region(first, turn);
+    index_t wrong = 0;
+    for (int i = 0; i < 200; ++i) {
+      // Some are far away, where only sets without an end are.
+      vector p;
+      for (int d = 0; d < D; ++d) p[d] = random.uniform(-1.2, 1.2) * (i % 10 == 0 ? 100 : 1);
+      const bool in_a = a.contains(p), in_b = b.contains(p), in_c = c.contains(p);
+      wrong += either.contains(p) != (in_a || in_b);
+      wrong += less.contains(p) != ((in_a || in_b) && !in_c);
+      wrong += none.contains(p) != !(in_a || in_b || in_c);
+      wrong += again.contains(p) != (in_a || in_b);
+      wrong += both.contains(p) != (in_a && in_b);
+      wrong += first.contains(p) != (in_a && !in_b);
+      wrong += neither.contains(p) != !(in_a || in_b);
+      wrong += turned.contains(vector{turn * p}) != (in_a && !in_b);
+    }
+    CHECK(wrong == 0);
+    const double all = std::pow(3, D),
+                 sum = volume(space_region<D>{a}) + volume(space_region<D>{b});
+    CHECK(volume(either) + volume(both) == doctest::Approx(sum).epsilon(1e-11));
+    CHECK(volume(space_region<D>{a & b}) + 1 == doctest::Approx(volume(both) + 1).epsilon(1e-11));
+    CHECK(volume(either) + volume(neither) == doctest::Approx(all).epsilon(1e-11));
+    CHECK(volume(again) == doctest::Approx(volume(either)).epsilon(1e-11));
+    CHECK(volume(none) + volume(less) + volume(space_region<D>{c}) ==
+          doctest::Approx(all).epsilon(1e-11));
+    if (first.is_bounded())
+      CHECK(turned.volume() + 1 == doctest::Approx(first.volume() + 1).epsilon(1e-11));
+  }
+}
+
+TEST_CASE("unions of boxes in four dimensions have the volume of their grid, turned and away") {
+  constexpr int D = 4, cells = 7;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    CAPTURE(seed);
+    const double away = seed % 4 == 0 ? 1e3 : 0;
+    random_stream random{seed};
+    const auto axes = random_rotation<D>(random);
+    point_matrix<double, D> normals(D, 2 * D);
+    normals << axes, -axes;
+    std::vector<box> boxes;
+    space_region<D> all;
+    for (int i = 0; i < 10; ++i) {
+      Eigen::Vector4d low, high;
+      for (int d = 0; d < D; ++d) {
+        low[d] = std::floor(random.uniform(0, 4));
+        high[d] = low[d] + 1 + std::floor(random.uniform(0, 2.5));
+      }
+      boxes.push_back({low, high});
+      const Eigen::Vector4d shift = axes.transpose() * Eigen::Vector4d::Constant(away);
+      std::vector<double> offsets;
+      for (int d = 0; d < D; ++d) offsets.push_back(high[d] + shift[d]);
+      for (int d = 0; d < D; ++d) offsets.push_back(-low[d] - shift[d]);
+      all |= intersect_half_spaces(normals, offsets);
+    }
+    double by_grid = 0;
+    for (int cell = 0; cell < cells * cells * cells * cells; ++cell) {
+      Eigen::Vector4d middle;
+      for (int d = 0, rest = cell; d < D; ++d, rest /= cells) middle[d] = rest % cells + 0.5;
+      by_grid += std::ranges::any_of(boxes, [&](const box& b) { return b.contains(middle); });
+    }
+    const auto expected = doctest::Approx(by_grid).epsilon(1e-12 + 1e-14 * away);
+    CHECK(all.volume() == expected);
+    CHECK((~~all).volume() == expected);
+    CHECK(all.simplified().volume() == expected);
+  }
+}
+
+TEST_CASE("10000 points are where the parts of regions in four dimensions say, bounded or not") {
+  const Eigen::Matrix4Xf in_float = test::random_points<d4>(9, 2, -0.6, 0.6).cast<float>();
+  const auto a = space_region{random_polytope<4>(1, 0.3, 9)} | convex_hull(in_float);
+  random_stream random{5};
+  const auto b = random_rotated_box<4>(random), c = random_wedge<4>(random, 5);
+  const auto either = a | b | c, first = a - b - c, neither = ~either;
+  const auto points = test::random_points<d4>(10000, 9, -1.2, 1.2);
+  const auto in_a = a.contains_each(points), in_b = b.contains_each(points);
+  const auto in_c = c.contains_each(points), in_either = either.contains_each(points);
+  const auto in_first = first.contains_each(points), in_neither = neither.contains_each(points);
+  index_t wrong = 0;
+  for (index_t i = 0; i < points.cols(); ++i) {
+    const bool any = in_a[i] || in_b[i] || in_c[i];
+    wrong += bool(in_either[i]) != any;
+    wrong += bool(in_first[i]) != (in_a[i] && !in_b[i] && !in_c[i]);
+    wrong += bool(in_neither[i]) == any;
+  }
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("complements of nothing and of everything are each other") {

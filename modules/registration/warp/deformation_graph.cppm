@@ -41,6 +41,7 @@ struct deformation_graph_data {
   /// Each pair once, the smaller node first, ascending.
   std::vector<std::pair<std::int32_t, std::int32_t>> links;
   index_t anchors_per_point = 0;
+  double reach = std::numeric_limits<double>::infinity();  ///< How far a node moves points.
   /// The points that have anchors; those with the same ones lie next to each other, and make a
   /// group.
   std::vector<std::int32_t> order;
@@ -97,7 +98,8 @@ template <Scalar S, int D>
 ///
 /// A point is moved by the nodes nearest to it, its anchors. With the distance d to an anchor and
 /// the distance d₀ to the first node that is none, the weight of an anchor is (1 − d / d₀)²,
-/// divided by the sum of the weights. Linked nodes should agree on where each of them is.
+/// divided by the sum of the weights; d₀ is at most three times the spacing, so that parts that are
+/// farther apart do not move each other. Linked nodes should agree on where each of them is.
 /// Source: Sumner, Schmid & Pauly 2007, "Embedded deformation for shape manipulation", section 3.
 export template <Scalar S, int D>
 class deformation_graph {
@@ -135,13 +137,11 @@ class deformation_graph {
   [[nodiscard]] index_t dimension() const { return data_ ? index_t(data_->points.rows()) : 0; }
   /// A copy of the points that the graph was made of.
   [[nodiscard]] points_view<S, D> points() const [[clang::lifetimebound]] {
-    return data_ ? points_view<S, D>{points_view<S, C>{as_points(data_->points)}}
-                 : points_view<S, D>{};
+    return data_ ? view_in_dimension(data_->points) : points_view<S, D>{};
   }
   /// The nodes.
   [[nodiscard]] points_view<S, D> nodes() const [[clang::lifetimebound]] {
-    return data_ ? points_view<S, D>{points_view<S, C>{as_points(data_->nodes)}}
-                 : points_view<S, D>{};
+    return data_ ? view_in_dimension(data_->nodes) : points_view<S, D>{};
   }
   /// The pairs of nodes that are linked, each once, the smaller index first.
   [[nodiscard]] std::span<const std::pair<std::int32_t, std::int32_t>> links() const
@@ -187,6 +187,12 @@ class deformation_graph {
  private:
   static constexpr int C = closed_dimension<D>;
 
+  static points_view<S, D> view_in_dimension(const point_matrix<S, C>& points) {
+    if constexpr (C == D)
+      return as_points(points);
+    else
+      return {points.data(), points.cols()};
+  }
   template <class P>
   static points_view<S, C> view_of(const P& points) {
     static_assert(std::same_as<scalar_of<P>, S> && dimension_of<P> == D);

@@ -48,7 +48,10 @@ struct blended {
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const vector node = graph.nodes.col(nodes[k]).template cast<double>();
       const vector after = node + motions.shifts.col(nodes[k]);
-      const vector offset = motions.linear_of(nodes[k]) * (p - node);
+      // In the order in which the kernel adds, so that both give the same bits.
+      vector offset = motions.linear_of(nodes[k]).col(0) * (p[0] - node[0]);
+      for (index_t axis = 1; axis < p.size(); ++axis)
+        offset += motions.linear_of(nodes[k]).col(axis) * (p[axis] - node[axis]);
       sum += weights[k] * (offset + after);
     }
     return sum;

@@ -89,8 +89,9 @@ template <int D, class M>
   return true;
 }
 
-/// Tests an estimator of yours on a transform and pairs: that results are repeatable, that the
-/// transform does not change without pairs, and that the figures of the fit make sense.
+/// Tests an estimator of yours on a transform and pairs: that results are repeatable, with memory
+/// and without, that the transform does not change without pairs, and that the figures of the fit
+/// make sense.
 export template <class E, class Pairs>
   requires TransformEstimator<E, Pairs>
 [[nodiscard]] std::vector<std::string> check_transform_estimator(
@@ -110,6 +111,13 @@ export template <class E, class Pairs>
   const auto second = estimator.estimate(transform, pairs);
   violations.expect(same(first.transform, second.transform),
                     "two estimates with the same arguments differ");
+  if constexpr (!std::same_as<repeated_memory<E>, no_memory>) {
+    repeated_memory<E> memory{};
+    for (int i = 0; i < 2; ++i)
+      violations.expect(
+          same(estimator.estimate(transform, pairs, memory).transform, first.transform),
+          "an estimate with memory differs from one without");
+  }
   const auto nothing = estimator.estimate(transform, Pairs{});
   violations.expect(same(nothing.transform, transform), "without pairs, the transform changes");
   violations.expect(nothing.fit.pairs == 0 && nothing.fit.overlap == 0,

@@ -53,7 +53,9 @@ struct non_rigid_level {
 std::vector<non_rigid_level> levels_of(const non_rigid_options& options, double farthest) {
   const double last = options.kernel_scale > 0 ? options.kernel_scale : options.spacing / 8;
   const double first = std::max(farthest / 3, last);
-  const double steps = std::ceil(std::log(first / last) / std::log(shrinking));
+  constexpr double most_steps = 60;
+  const double steps =
+      std::min(std::ceil(std::log(first / last) / std::log(shrinking)), most_steps);
   const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 50;
   std::vector<non_rigid_level> levels;
   for (double k = steps; k >= 0; --k) {
@@ -74,6 +76,7 @@ void expect_valid(const non_rigid_options& o, bool is_rigid) {
   expect_between(0, o.kernel_scale, most, "align_non_rigid: kernel_scale");
   expect_between(0, o.point_weight, most, "align_non_rigid: point_weight");
   expect_between(0, o.tolerance, most, "align_non_rigid: tolerance");
+  expect_between(0, o.landmark_weight, most, "align_non_rigid: landmark_weight");
   expect_from(0, o.max_iterations, "align_non_rigid: max_iterations");
   expect_valid(warp_options{.stiffness = o.stiffness, .rigidity = o.rigidity}, is_rigid);
 }
@@ -153,8 +156,8 @@ class non_rigid_loop {
       : source_{source}, target_{target}, options_{options} {}
 
   closed_non_rigid_result<S, D> run() {
-    const double farthest =
-        std::isfinite(options_.max_distance) ? options_.max_distance : farthest_pair();
+    const double farthest = std::min(
+        std::isfinite(options_.max_distance) ? options_.max_distance : farthest_pair(), extent());
     const auto levels = levels_of(options_, farthest);
     for (std::size_t k = 0; k < levels.size(); ++k) {
       task_monitor monitor{{}, options_.monitor.stop};
@@ -191,7 +194,22 @@ class non_rigid_loop {
     return farthest > 0 ? farthest : options_.spacing;
   }
 
-  /// Coarse levels have fewer points and nodes; the last one has all.
+  /// The diagonal of the box around both sets: no two points are farther apart.
+  [[nodiscard]] double extent() const {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const index_t d = std::max(source_.points.dimension(), target_.points.dimension());
+    Eigen::VectorXd low = Eigen::VectorXd::Constant(d, infinity), high = -low;
+    for (const auto& set : {source_.points, target_.points})
+      for (const auto& p : set)
+        if (is_finite(p)) {
+          low = low.cwiseMin(p.template cast<double>());
+          high = high.cwiseMax(p.template cast<double>());
+        }
+    const double size = (high - low).norm();
+    return size > 0 && std::isfinite(size) ? size : options_.spacing;
+  }
+
+  /// Coarse levels have fewer points and nodes; the last one has all nodes.
   void enter_stage(const non_rigid_level& level, double farthest) {
     const double spacing = options_.spacing * (level.is_coarse ? 2 : 1);
     auto moving = moving_part<S, D>(source_.points, options_,
@@ -202,11 +220,12 @@ class non_rigid_loop {
     estimator_.reset();
     stage_ = std::make_unique<non_rigid_stage<S, D>>();
     stage_->moving = std::move(moving);
-    stage_->graph = deformation_graph<S, D>{stage_->moving.points,
-                                            {.spacing = spacing,
-                                             .anchors = options_.anchors,
-                                             .links = options_.links,
-                                             .threads = options_.threads}};
+    const deformation_graph_options how{.spacing = spacing,
+                                        .anchors = options_.anchors,
+                                        .links = options_.links,
+                                        .threads = options_.threads};
+    stage_->graph =
+        level.is_last ? graph_of_last_level() : deformation_graph<S, D>{stage_->moving.points, how};
     stage_->searcher.emplace(
         as_points(stage_->moving.points), target_.points,
         correspondence_options{.max_distance = farthest, .threads = options_.threads},
@@ -214,16 +233,34 @@ class non_rigid_loop {
     field_ = resample(field_, stage_->graph);
   }
 
+  /// The nodes are those of all points, whichever take part.
+  deformation_graph<S, D> graph_of_last_level() {
+    if (stage_->moving.points.cols() == source_.points.size()) return whole_graph();
+    return {stage_->moving.points,
+            nodes_at<S, D>{whole_graph().nodes()},
+            {.anchors = options_.anchors, .links = options_.links, .threads = options_.threads}};
+  }
+  const deformation_graph<S, D>& whole_graph() {
+    if (!whole_graph_)
+      whole_graph_.emplace(source_.points, deformation_graph_options{.spacing = options_.spacing,
+                                                                     .anchors = options_.anchors,
+                                                                     .links = options_.links,
+                                                                     .threads = options_.threads});
+    return *whole_graph_;
+  }
+
   void run(const non_rigid_level& level, double farthest, const task_monitor& monitor) {
     if (!stage_ || level.is_coarse != is_coarse_ ||
         (level.is_last && stage_->moving.points.cols() < source_.points.size()))
       enter_stage(level, farthest);
     is_coarse_ = level.is_coarse;
+    is_last_ = level.is_last;
     const auto& moving = stage_->moving;
     const robust_kernel kernel = welsch{level.kernel_scale};
-    const double landmark_weight =
-        moving.landmarks.empty() ? 0
-                                 : double(moving.points.cols()) / double(moving.landmarks.size());
+    const double landmark_weight = moving.landmarks.empty()
+                                       ? 0
+                                       : options_.landmark_weight * double(moving.points.cols()) /
+                                             double(moving.landmarks.size());
     const metric_type metric{
         weighted_term{point_to_point{}, options_.point_weight, weight_of_found{}, kernel},
         weighted_term{point_to_plane{}, 1, weight_of_found{}, kernel},
@@ -291,12 +328,11 @@ class non_rigid_loop {
 
   /// The field that was reached, as one of all source points.
   void finish() {
-    if (field_.size() != source_.points.size())
-      field_ = resample(field_, deformation_graph<S, D>{source_.points,
-                                                        {.spacing = options_.spacing,
-                                                         .anchors = options_.anchors,
-                                                         .links = options_.links,
-                                                         .threads = options_.threads}});
+    // The last level has these nodes already; after a stop, there may be those of an earlier one.
+    auto whole = is_last_ ? field_type{whole_graph()} : resample(field_, whole_graph());
+    if (is_last_) whole.motions() = std::move(field_.motions());
+    field_ = std::move(whole);
+    result_.non_finite = count_non_finite(source_.points) + count_non_finite(target_.points);
     result_.iterations = iterations_;
     result_.graph = field_.graph().shared_data();
     result_.motions = std::move(field_.motions());
@@ -306,7 +342,8 @@ class non_rigid_loop {
   const non_rigid_options& options_;
   std::unique_ptr<non_rigid_stage<S, D>> stage_;
   std::optional<estimator_type> estimator_;
-  bool is_coarse_ = false;
+  std::optional<deformation_graph<S, D>> whole_graph_;
+  bool is_coarse_ = false, is_last_ = false;
   int iterations_ = 0;
   field_type field_;
   closed_non_rigid_result<S, D> result_;
@@ -320,6 +357,9 @@ closed_non_rigid_result<S, D> align_by_levels(const oriented_points_view<S, D>& 
   for (const auto& [s, t] : options.landmarks)
     expects(0 <= s && s < source.points.size() && 0 <= t && t < target.points.size(),
             "align_non_rigid: a landmark is not among the points");
+  for (const auto& [s, t] : options.landmarks)
+    expects(is_finite(source.points[s]) && is_finite(target.points[t]),
+            "align_non_rigid: a landmark is not finite");
   point_matrix<S, D> normals;
   oriented_points_view<S, D> onto = target;
   if (!target.has_normals() && !target.points.empty()) {

@@ -48,10 +48,12 @@ export struct non_rigid_options {
   neighborhood_spec links = knn{8};  ///< As in `deformation_graph_options`.
   neighborhood_spec normals = knn{10};  ///< For normals of a target that has none.
   /// Source points (`first`) and the target points (`second`) that are known to be the same places.
+  /// No kernel asks how far they are apart.
   std::vector<std::pair<index_t, index_t>> landmarks = {};
-  int max_iterations = 6;  ///< With each kernel scale.
-  /// The field has converged when no point moves farther in an iteration, in the units of the
-  /// points. 0: a fiftieth of the spacing.
+  double landmark_weight = 1;  ///< Of all landmarks together, relative to all source points.
+  int max_iterations = 6;      ///< With each kernel scale.
+  /// The field has converged when no paired point and no node moves farther in an iteration, in the
+  /// units of the points. 0: a fiftieth of the spacing.
   double tolerance = 0;
   std::function<void(const non_rigid_iteration&)> observer = {};  ///< Called after each iteration.
   int threads = 0;
@@ -59,7 +61,10 @@ export struct non_rigid_options {
   task_monitor monitor = {};
 };
 
-/// The result of `align_non_rigid`; `transform` is a field, from the source to the target.
+/// The result of `align_non_rigid`; `transform` is a field of all source points, to the target. The
+/// figures are those of the points that took part in the last level, at most one of each cell with
+/// an eighth of the spacing. After a stop, they are those before the last iteration, and `energy`
+/// and `unsupported_nodes` are not known.
 export template <Scalar S, int D, MotionModel Motion = rigid_motion>
 struct non_rigid_result : icp_result<warp_field<S, D, Motion>> {
   /// What the field minimises, in squared units of the points: the weighted mean of the squared
@@ -97,7 +102,8 @@ template <MotionModel Motion, Scalar S, int D>
 /// affine_motion>(…)` lets nodes stretch and shear, too. Source and target are clouds or points of
 /// any kind with the same origin; points that are not finite take no part, and stay. The same bits
 /// for any number of threads. Throws `invalid_input` for options that make no sense, for landmarks
-/// that are not points of the sets, and for sets of different dimension or origin.
+/// that are not finite points of the sets, and for sets of different dimension or origin. A source
+/// that lies elsewhere as a whole is aligned first, by `align`.
 /// Sources: Sumner, Schmid & Pauly 2007, "Embedded deformation for shape manipulation"; Li, Sumner
 /// & Pauly 2008, "Global correspondence optimization for non-rigid registration of depth scans",
 /// for stiffness that falls.

@@ -9,6 +9,7 @@ module;
 #include <limits>
 #include <memory>
 #include <queue>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -55,11 +56,14 @@ point_anchors anchors_among(const near_nodes& near, index_t count, double reach)
     weighted[found.count++] = {near.all[k].first, rest * rest};
     sum += rest * rest;
   }
-  if (found.count == 0 && near.all[0].second <= reach)  // All are at the same distance.
-    for (; found.count < n; ++sum) {
+  if (found.count == 0) {
+    // All are at the same distance, or out of reach.
+    const std::size_t all = near.all[0].second < reach ? n : 1;
+    for (; found.count < all; ++sum) {
       weighted[found.count] = {near.all[found.count].first, 1};
       ++found.count;
     }
+  }
   std::sort(weighted.begin(), weighted.begin() + found.count);
   for (std::size_t k = 0; k < found.count; ++k) {
     found.all_nodes[k] = weighted[k].first;
@@ -138,6 +142,29 @@ index_list spread_along(const neighborhoods<S>& connections, const point_matrix<
   return nodes;
 }
 
+/// The connections between finite points.
+template <Scalar S, int D>
+neighborhoods<S> usable_connections(const neighborhoods<S>& connections,
+                                    const point_matrix<S, D>& points, int threads) {
+  std::vector<index_t> offsets{0};
+  buffer<std::int32_t> indices;
+  buffer<S> distances;
+  for (index_t i = 0; i < connections.size(); ++i) {
+    for (const auto& [j, distance] : connections[i]) {
+      expects(0 <= j && j < points.cols(),
+              "deformation_graph: a connection leads to a point that there is not");
+      if (!is_finite(points.col(i)) || !is_finite(points.col(j))) continue;
+      expects(distance >= 0, "deformation_graph: the length of a connection is negative or NaN");
+      indices.push_back(static_cast<std::int32_t>(j));
+      distances.push_back(distance);
+    }
+    offsets.push_back(std::ssize(indices));
+  }
+  return neighbor_graph(
+      neighborhoods<S>{std::move(offsets), std::move(indices), std::move(distances)},
+      {.threads = threads});
+}
+
 /// For each point the `count` nodes nearest to it along connections.
 template <Scalar S>
 std::vector<near_nodes> near_along(const neighborhoods<S>& connections, const index_list& nodes,
@@ -160,34 +187,55 @@ std::vector<near_nodes> near_along(const neighborhoods<S>& connections, const in
   return near;
 }
 
+/// The anchors of all points: so many each, ascending, −1 where there are fewer; and their weights.
+struct anchor_table {
+  index_t per_point;
+  std::vector<std::int32_t> nodes;
+  std::vector<double> weights;
+
+  anchor_table(index_t points, index_t each)
+      : per_point{each},
+        nodes(static_cast<std::size_t>(points * each), -1),
+        weights(static_cast<std::size_t>(points * each), 0) {}
+  void set(index_t point, const point_anchors& anchors) {
+    std::ranges::copy(anchors.nodes(), nodes.begin() + point * per_point);
+    std::ranges::copy(anchors.weights(), weights.begin() + point * per_point);
+  }
+  [[nodiscard]] auto nodes_of(index_t point) const {
+    return std::span{nodes}.subspan(static_cast<std::size_t>(point * per_point),
+                                    static_cast<std::size_t>(per_point));
+  }
+};
+
 /// Puts points with the same anchors together. O(N log N).
 template <Scalar S, int D>
-void make_groups(deformation_graph_data<S, D>& graph, const std::vector<point_anchors>& anchors) {
-  const auto nodes_of = [&](std::int32_t i) { return anchors[i].nodes(); };
-  for (std::int32_t i = 0; i < std::ssize(anchors); ++i)
-    if (anchors[i].count > 0) graph.order.push_back(i);
+void make_groups(deformation_graph_data<S, D>& graph, const anchor_table& anchors) {
+  const auto points = static_cast<std::size_t>(graph.points.cols());
+  for (std::int32_t i = 0; i < graph.points.cols(); ++i)
+    if (anchors.nodes_of(i)[0] >= 0) graph.order.push_back(i);
   const auto compare = [&](std::int32_t a, std::int32_t b) {
-    return std::lexicographical_compare_three_way(nodes_of(a).begin(), nodes_of(a).end(),
-                                                  nodes_of(b).begin(), nodes_of(b).end());
+    const auto of_a = anchors.nodes_of(a), of_b = anchors.nodes_of(b);
+    return std::lexicographical_compare_three_way(of_a.begin(), of_a.end(), of_b.begin(),
+                                                  of_b.end());
   };
   std::ranges::sort(graph.order, [&](std::int32_t a, std::int32_t b) {
     const auto order = compare(a, b);
     return order != 0 ? order < 0 : a < b;
   });
   const index_t n = std::ssize(graph.order), k = graph.anchors_per_point;
-  graph.weights.assign(static_cast<std::size_t>(n * k), 0);
-  graph.group_of.assign(anchors.size(), -1);
-  graph.place_of.assign(anchors.size(), -1);
+  graph.weights.resize(static_cast<std::size_t>(n * k));
+  graph.group_of.assign(points, -1);
+  graph.place_of.assign(points, -1);
   for (index_t place = 0; place < n; ++place) {
     const std::int32_t point = graph.order[place];
     if (place == 0 || compare(graph.order[place - 1], point) != 0) {
       if (place > 0) graph.groups.push_back(place);
-      graph.anchors.resize(graph.anchors.size() + static_cast<std::size_t>(k), -1);
-      std::ranges::copy(nodes_of(point), graph.anchors.end() - k);
+      const auto nodes = anchors.nodes_of(point);
+      graph.anchors.insert(graph.anchors.end(), nodes.begin(), nodes.end());
     }
     graph.group_of[point] = static_cast<std::int32_t>(graph.groups.size() - 1);
     graph.place_of[point] = static_cast<std::int32_t>(place);
-    std::ranges::copy(anchors[point].weights(), graph.weights.begin() + place * k);
+    std::copy_n(anchors.weights.begin() + point * k, k, graph.weights.begin() + place * k);
   }
   if (n > 0) graph.groups.push_back(n);
 }
@@ -228,7 +276,7 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
           "deformation_graph: the nodes are given, so leave .spacing out");
   expects(nodes || (options.spacing > 0 && std::isfinite(options.spacing)),
           "deformation_graph: .spacing, the distance between nodes, must be positive and finite");
-  expects(!nodes || nodes->empty() || points.empty() || nodes->dimension() == points.dimension(),
+  expects(!nodes || points.dimension() == 0 || nodes->dimension() == points.dimension(),
           "deformation_graph: nodes and points must have the same dimension");
   expects(!connections || connections->size() == points.size(),
           "deformation_graph: there must be one neighbourhood of connections for each point");
@@ -237,23 +285,23 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
   graph->points.resize(points.dimension(), points.size());
   for (index_t i = 0; i < points.size(); ++i) graph->points.col(i) = points[i];
   graph->anchors_per_point = k;
-  if (!nodes) graph->reach = 3 * options.spacing;
-  std::vector<point_anchors> anchors(static_cast<std::size_t>(points.size()));
+  if (!nodes) graph->reach = 2 * std::sqrt(double(points.dimension())) * options.spacing;
+  anchor_table anchors{points.size(), k};
 
   if (connections) {
-    const auto both_ways = neighbor_graph(*connections, {.threads = options.threads});
+    const auto both_ways = usable_connections(*connections, graph->points, options.threads);
     const auto spread = spread_along(both_ways, graph->points, options.spacing);
     graph->nodes.resize(points.dimension(), std::ssize(spread));
     for (index_t n = 0; n < graph->nodes.cols(); ++n) graph->nodes.col(n) = points[spread[n]];
     const auto near = near_along(both_ways, spread, k + 1);
     for (index_t i = 0; i < points.size(); ++i)
-      anchors[i] = anchors_among(near[i], k, graph->reach);
+      anchors.set(i, anchors_among(near[i], k, std::numeric_limits<double>::infinity()));
   } else if (nodes) {
-    graph->nodes.resize(points.dimension(), nodes->size());
+    graph->nodes.resize(nodes->dimension(), nodes->size());
     index_t count = 0;
     for (const auto& node : *nodes)
       if (is_finite(node)) graph->nodes.col(count++) = node;
-    graph->nodes.conservativeResize(Eigen::Index(points.dimension()), count);
+    graph->nodes.conservativeResize(Eigen::Index(nodes->dimension()), count);
   } else {
     graph->nodes = nodes_in_cells<S, D>(graph->points, options.spacing, options.threads);
   }
@@ -265,7 +313,7 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
       const auto near = find_neighborhoods(*graph->tree, as_points(graph->points), knn{k + 1},
                                            {.threads = options.threads});
       parallel_for(points.size(), {.threads = options.threads}, [&](index_t i) {
-        anchors[i] = anchors_among(near_nodes_of(near[i]), k, graph->reach);
+        anchors.set(i, anchors_among(near_nodes_of(near[i]), k, graph->reach));
       });
     }
     make_groups(*graph, anchors);

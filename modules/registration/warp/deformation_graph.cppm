@@ -26,8 +26,10 @@ export struct deformation_graph_options {
   /// The distance between nodes, in the units of the points: the mean of the points in each cell
   /// with this edge is a node. Required, unless the nodes are given.
   double spacing = 0;
-  index_t anchors = 4;               ///< How many nodes move a point; from 1 to 16.
-  neighborhood_spec links = knn{8};  ///< The nodes whose motions should agree with that of a node.
+  index_t anchors = 4;  ///< How many nodes move a point; from 1 to 16.
+  /// The nodes whose motions should agree with that of a node. What a step costs grows with their
+  /// number: a radius should be a few spacings.
+  neighborhood_spec links = knn{8};
   int threads = 0;
 };
 
@@ -98,9 +100,11 @@ template <Scalar S, int D>
 ///
 /// A point is moved by the nodes nearest to it, its anchors. With the distance d to an anchor and
 /// the distance d₀ to the first node that is none, the weight of an anchor is (1 − d / d₀)²,
-/// divided by the sum of the weights; d₀ is at most three times the spacing, so that parts that are
-/// farther apart do not move each other. Linked nodes should agree on where each of them is.
-/// Source: Sumner, Schmid & Pauly 2007, "Embedded deformation for shape manipulation", section 3.
+/// divided by the sum of the weights; d₀ is at most 2 √Dim times the spacing, so that parts that
+/// are farther apart do not move each other, and where all nodes are anchors twice the distance to
+/// the farthest. A point that is farther than that from all nodes is moved by the nearest alone.
+/// Linked nodes should agree on where each of them is. Source: Sumner, Schmid & Pauly 2007,
+/// "Embedded deformation for shape manipulation", section 3.
 export template <Scalar S, int D>
 class deformation_graph {
  public:
@@ -126,28 +130,29 @@ class deformation_graph {
   /// are those of each point with others, such as edges of a mesh or a `neighbor_graph`. So parts
   /// that touch, but are not connected, do not move each other. Nodes are points that are at least
   /// `spacing` apart, and are linked if they move a point together; `options.links` says nothing
-  /// then. Throws `invalid_input` as above, and unless there is one neighbourhood for each point.
+  /// then. Connections of points that are not finite do not count. Any point that the graph was not
+  /// made of has the anchors nearest in space. Throws `invalid_input` as above, unless there is one
+  /// neighbourhood for each point, and for a distance that is negative or NaN.
   template <PointsSource P>
   deformation_graph(const P& points, const neighborhoods<S>& connections,
                     const deformation_graph_options& options)
       : data_{make_deformation_graph<S, C>(view_of(points), nullptr, &connections, options)} {}
 
   /// The number of points that the graph moves.
-  [[nodiscard]] index_t size() const { return data_ ? index_t(data_->points.cols()) : 0; }
-  [[nodiscard]] index_t dimension() const { return data_ ? index_t(data_->points.rows()) : 0; }
+  [[nodiscard]] index_t size() const { return index_t(data_->points.cols()); }
+  [[nodiscard]] index_t dimension() const { return index_t(data_->points.rows()); }
   /// A copy of the points that the graph was made of.
   [[nodiscard]] points_view<S, D> points() const [[clang::lifetimebound]] {
-    return data_ ? view_in_dimension(data_->points) : points_view<S, D>{};
+    return view_in_dimension(data_->points);
   }
   /// The nodes.
   [[nodiscard]] points_view<S, D> nodes() const [[clang::lifetimebound]] {
-    return data_ ? view_in_dimension(data_->nodes) : points_view<S, D>{};
+    return view_in_dimension(data_->nodes);
   }
   /// The pairs of nodes that are linked, each once, the smaller index first.
   [[nodiscard]] std::span<const std::pair<std::int32_t, std::int32_t>> links() const
       [[clang::lifetimebound]] {
-    return data_ ? std::span{data_->links}
-                 : std::span<const std::pair<std::int32_t, std::int32_t>>{};
+    return data_->links;
   }
   /// The nodes that move point i, ascending, and their weights, which add up to 1; none for a point
   /// that is not finite, or from which no path leads to a node. Precondition: 0 <= i < size().
@@ -199,7 +204,8 @@ class deformation_graph {
     expect_local(points, "deformation_graph");
     return points_view<S, C>{points_in(points)};
   }
-  std::shared_ptr<const deformation_graph_data<S, C>> data_;
+  std::shared_ptr<const deformation_graph_data<S, C>> data_ =
+      std::make_shared<const deformation_graph_data<S, C>>();
 };
 export template <PointsSource P>
 deformation_graph(const P&, const deformation_graph_options&)

@@ -11,10 +11,14 @@ namespace cilantro {
 
 void expect_valid(const warp_options& options, bool is_rigid) {
   constexpr double most = std::numeric_limits<double>::max();
-  expect_between(0, options.stiffness, most, "warp_estimator: stiffness");
-  expect_between(0, options.rigidity, most, "warp_estimator: rigidity");
+  expect_between(0, options.stiffness, most, "warp_options: stiffness");
+  expect_between(0, options.rigidity, most, "warp_options: rigidity");
   expects(!is_rigid || options.rigidity == 0,
-          "warp_estimator: rigid motions need no .rigidity, which is for those that may deform");
+          "warp_options: rigid motions need no .rigidity, which is for those that may deform");
+  expects(!options.smoothness || options.regularizer == warp_regularizer::shape,
+          "warp_options: .smoothness is of the disagreement of nodes, which increments begin "
+          "without");
+  expect_from(0, options.threads, "warp_options: threads");
 }
 
 template <Scalar S, int D>

@@ -9,6 +9,7 @@ import cilantro.search;
 import :concepts;
 import :deformation_graph;
 import :motion;
+import :residual;
 import :warp_equations;
 import :warp_field;
 
@@ -30,9 +31,11 @@ export struct warp_options {
   /// residual of the source points. It has no unit, and depends neither on the number of points nor
   /// on that of nodes. Not negative.
   double stiffness = 1;
-  robust_kernel robust = {};      ///< Of the length of residuals, on top of those of the metric.
-  robust_kernel smoothness = {};  ///< Of the disagreement of linked nodes, in the units of points.
-  warp_regularizer regularizer = warp_regularizer::shape;
+  robust_kernel robust = {};  ///< Of the length of residuals, on top of those of the metric.
+  /// Of the disagreement of linked nodes, in the units of the points. Not with
+  /// `warp_regularizer::increments`, which begin with none.
+  robust_kernel smoothness = {};
+  warp_regularizer regularizer = warp_regularizer::shape;  ///< What is kept alike.
   /// How much the linear parts of nodes that may deform are held to rotations, relative to
   /// `stiffness`: (AᵀA − I) times the mean length of links is a residual of each node. Must be 0
   /// for rigid motions. Source: Sumner, Schmid & Pauly 2007, equation 5.
@@ -125,7 +128,8 @@ class warp_engine {
   /// What is made small, and what that is made of.
   struct assessment {
     pair_totals totals;
-    double energy = 0;
+    double energy = 0;        ///< Of residuals and regulariser, not divided.
+    double disagreement = 0;  ///< The part of the regulariser.
     index_list unsupported_nodes;
   };
   assessment assess(const motions_type& current, const data_writer& write,
@@ -189,10 +193,9 @@ void warp_engine<S, D, Motion>::set(const warp_options& options) {
   for (const auto& [a, b] : graph_->links)
     length += (graph_->nodes.col(a) - graph_->nodes.col(b)).template cast<double>().norm();
   const auto links = double(graph_->links.size());
-  if (links > 0) {
-    mean_link_ = length / links;
-    link_weight_ = options.stiffness * points() / (2 * links);
-  }
+  // Without links, what is left to compare with is how far a node reaches.
+  mean_link_ = links > 0 ? length / links : std::isfinite(graph_->reach) ? graph_->reach : 1;
+  link_weight_ = links > 0 ? options.stiffness * points() / (2 * links) : 0;
   rigidity_weight_ = options.rigidity * options.stiffness * points() / double(graph_->nodes.cols());
 }
 
@@ -216,6 +219,7 @@ void warp_engine<S, D, Motion>::write_link(const motions_type& motions, index_t 
     const vector rest =
         options_.regularizer == warp_regularizer::shape ? disagreement(motions, from, to) : none;
     const double weight = link_weight_ * options_.smoothness(rest.norm());
+    expect_weight(weight);
     (is_forward ? weights.forward : weights.backward)[link] = weight;
     if (weight == 0) continue;
     const double scale = std::sqrt(weight);
@@ -322,7 +326,7 @@ auto warp_engine<S, D, Motion>::assess(const motions_type& current, const data_w
       },
       {.threads = options_.threads}, memory.equations);
 
-  assessment found{sums.totals, sums.energy, {}};
+  assessment found{sums.totals, sums.energy, regularity(current, current, memory.links), {}};
   std::vector<char> is_reached(static_cast<std::size_t>(equations_->nodes()), 0);
   for (index_t list = 0; list < data_lists_; ++list)
     if (sums.has_rows[list])
@@ -341,14 +345,20 @@ auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_
   for (index_t k = 0; k < equations_->nodes(); ++k)
     farthest = std::max(farthest, graph_->nodes.col(k).template cast<double>().norm());
   found.change.rounding = 4 * double(std::numeric_limits<S>::epsilon()) * farthest;
-  // Rounding must not determine what nothing else does, so that there is always a little damping.
-  for (double damping = 1e-8; damping < 1e4; damping *= 100) {
+  // Without residuals a field stays, though linked nodes may disagree.
+  if (!(found.before.totals.weight > 0)) return found;
+  // Rounding must not determine what nothing else does, so that there is always a little damping;
+  // of stiff nodes it would also slow down what all of them do together.
+  const double least = std::max(1e-8 / std::max(1.0, options_.stiffness), 1e-14);
+  for (double damping = least; damping < 1e4; damping *= 100) {
     transform_change change{.rounding = found.change.rounding};
     auto motions = moved(current, equations_->solve(damping, memory.equations), change);
     const auto [energy, moved_by] = judge(motions);
-    const double total = energy + regularity(motions, current, memory.links);
-    if (!(total <= found.before.energy * (1 + 1e-12))) continue;
     change.translation = std::max(change.translation, moved_by);
+    // A step that is refused has not converged: it is said how far it would have gone.
+    if (damping == least) found.change = change;
+    if (!(energy + regularity(motions, current, memory.links) <= found.before.energy * (1 + 1e-12)))
+      continue;
     found.change = change;
     found.motions = std::move(motions);
     break;

@@ -22,10 +22,17 @@ constexpr index_t lists_at_once = 1024;
 
 std::vector<std::pair<std::int32_t, std::int32_t>> pairs_of_nodes(const node_lists& lists) {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  std::size_t enough = std::size_t(1) << 20;
   for (index_t i = 0; i < lists.size(); ++i) {
     const auto list = lists[i];
     for (std::size_t a = 0; a < list.size(); ++a)
       for (std::size_t b = a + 1; b < list.size(); ++b) pairs.emplace_back(list[a], list[b]);
+    if (pairs.size() < enough) continue;
+    // Most are there many times.
+    std::ranges::sort(pairs);
+    const auto rest = std::ranges::unique(pairs);
+    pairs.erase(rest.begin(), rest.end());
+    enough = std::max(enough, 2 * pairs.size());
   }
   return pairs;
 }

@@ -24,8 +24,9 @@ struct pairs_by_source {
   std::span<const std::int32_t> first;
 };
 template <Scalar S>
-[[nodiscard]] pairs_by_source<S> sort_by_source(std::span<const correspondence<S>> pairs,
-                                                index_t sources, std::vector<std::int32_t>& first) {
+[[nodiscard]] pairs_by_source<S> index_by_source(std::span<const correspondence<S>> pairs,
+                                                 index_t sources,
+                                                 std::vector<std::int32_t>& first) {
   first.assign(static_cast<std::size_t>(sources) + 1, 0);
   for (const auto& pair : pairs) ++first[pair.source + 1];
   for (index_t i = 0; i < sources; ++i) first[i + 1] += first[i];
@@ -242,7 +243,9 @@ class warp_estimator {
     step_pairs<Lists> pairs{{}, known};
     for (std::size_t l = 0; l < Lists; ++l) {
       expect_pairs_of(surfaces_, all[l]);
-      pairs.lists[l] = sort_by_source(all[l], sources, known.first[l]);
+      expects(std::ranges::is_sorted(all[l], {}, &correspondence<S>::source),
+              "warp_estimator: pairs must be in the order of their source points");
+      pairs.lists[l] = index_by_source(all[l], sources, known.first[l]);
       known.weights[l].assign(all[l].size() * terms(), 0);
     }
     return pairs;
@@ -259,13 +262,14 @@ class warp_estimator {
     fit.unknowns = Motion::unknowns(surfaces_.dimension) * graph_.nodes().size();
     if (graph_.nodes().empty()) return result;
     index_t paired = 0;
-    for (std::int32_t s = 0; s < surfaces_.source.points.size(); ++s) paired += pairs.has(s);
+    for (const std::int32_t s : engine_->graph().order) paired += pairs.has(s);
     fit.overlap = surfaces_.overlap(paired);
 
     auto step = engine_->improve(
         current.motions(),
         [&](index_t list, row_buffer& rows) { write_rows(current.motions(), list, pairs, rows); },
-        [&](const node_motions<C>& motions) { return judge(motions, pairs); }, known);
+        [&](const node_motions<C>& motions) { return judge(motions, current.motions(), pairs); },
+        known);
     const auto& totals = step.before.totals;
     const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0.0; };
     fit.pairs = totals.pairs;
@@ -283,14 +287,13 @@ class warp_estimator {
       const std::array<std::span<const correspondence<S>>, Lists>& all) const {
     memory known;
     const auto pairs = prepare(current, all, known);
-    if (graph_.nodes().empty()) return {};
+    if (graph_.nodes().empty() || engine_->points() == 0) return {};
     auto found = engine_->assess(
         current.motions(),
         [&](index_t list, row_buffer& rows) { write_rows(current.motions(), list, pairs, rows); },
         known);
-    const double residuals = found.totals.squared_residual;
-    return {residuals / engine_->points(), (found.energy - residuals) / engine_->points(),
-            std::move(found.unsupported_nodes)};
+    return {found.totals.squared_residual / engine_->points(),
+            found.disagreement / engine_->points(), std::move(found.unsupported_nodes)};
   }
 
   /// The rows of all points of a group.
@@ -323,7 +326,7 @@ class warp_estimator {
             const double scale = std::sqrt(weight);
             bool has_rows = false;
             const auto add = [&](double value, const vector& gradient, const vector* beside) {
-              if (!std::isfinite(value)) return;
+              if (!std::isfinite(value) || !is_finite(gradient)) return;
               engine_->write_row(moved, group, i, gradient, beside, scale, rows.add(scale * value));
               rows.totals.squared_residual += weight * value * value;
               has_rows = true;
@@ -342,9 +345,11 @@ class warp_estimator {
     }
   }
 
-  /// What the residuals are under other motions, with the weights that they had.
+  /// What the residuals are under other motions, with the weights that they had, and with source
+  /// normals as they were before: they are constant within a step.
   template <std::size_t Lists>
   [[nodiscard]] typename engine::outcome judge(const node_motions<C>& motions,
+                                               const node_motions<C>& before,
                                                const step_pairs<Lists>& pairs) const {
     struct sums {
       double energy = 0, farthest = 0;
@@ -367,7 +372,7 @@ class warp_estimator {
                         const auto points = engine_->graph().points_of(group);
                         for (index_t i = 0; i < std::ssize(points); ++i)
                           if (pairs.has(points[i]))
-                            judge_point(motions, group, points[i],
+                            judge_point(before, group, points[i],
                                         vector{moved.template place<C>(i, d)}, pairs, parts[block]);
                       }
                     });
@@ -376,18 +381,20 @@ class warp_estimator {
     return {total.energy, std::sqrt(total.farthest)};
   }
   template <std::size_t Lists, class Sums>
-  void judge_point(const node_motions<C>& motions, index_t group, std::int32_t s,
+  void judge_point(const node_motions<C>& normals_by, index_t group, std::int32_t s,
                    const vector& place, const step_pairs<Lists>& pairs, Sums& sums) const {
     const Eigen::Map<const vector> before{pairs.known.places.data() + s * place.size(),
                                           place.size()};
     sums.farthest = std::max(sums.farthest, (place - before).squaredNorm());
     for (std::size_t l = 0; l < Lists; ++l)
       for (index_t p = pairs.lists[l].first[s]; p < pairs.lists[l].first[s + 1]; ++p) {
-        const auto pair = pair_of(motions, group, place, s, pairs.lists[l].pairs[p].target);
+        const auto pair = pair_of(normals_by, group, place, s, pairs.lists[l].pairs[p].target);
         for_terms<Lists>(l, [&](std::size_t number, const auto& term, const auto&...) {
           const double weight = pairs.known.weights[l][p * terms() + number];
           if (weight == 0) return;
-          term(pair, [&](double value, const auto&...) { sums.energy += weight * value * value; });
+          term(pair, [&](double value, const auto&...) {
+            if (std::isfinite(value)) sums.energy += weight * value * value;
+          });
         });
       }
   }

@@ -64,7 +64,7 @@ void move_group(const deformation_graph_data<S, D>& graph, const node_motions<D>
         std::copy_n(motions.linear.data() + 9 * index_t(nodes[k]) + 3 * j, 3,
                     linear + detail::place_stride * j);
     }
-    static const auto move = detail::for_target(
+    const auto move = detail::for_target(
         static_cast<int>(current_vector_target()),
         []<detail::kernel_target V> { return detail::move_by_anchors_in<V, S>(); });
     move({points.data(), points.stride(), indices, weights, graph.anchors_per_point, count,

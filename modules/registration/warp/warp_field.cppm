@@ -129,6 +129,7 @@ class warp_field {
   explicit warp_field(graph_type graph)
       : graph_{std::move(graph)}, motions_{graph_.dimension(), graph_.nodes().size()} {}
 
+  /// The nodes, and which points they move.
   [[nodiscard]] const graph_type& graph() const [[clang::lifetimebound]] { return graph_; }
   /// The number of points that the field moves.
   [[nodiscard]] index_t size() const { return graph_.size(); }
@@ -214,6 +215,7 @@ class warp_field {
   [[nodiscard]] point_vector<S, D> turned(std::span<const std::int32_t> nodes,
                                           std::span<const double> weights,
                                           const point_vector<S, D>& n) const {
+    if (nodes.empty()) return n;
     const auto linear = blend::linear(motions_, nodes, weights);
     const vector direction = n.template cast<double>();
     if constexpr (RigidMap<transform_type>)

@@ -11,6 +11,7 @@ void add_info(CLI::App& app);
 void add_convert(CLI::App& app);
 void add_run(CLI::App& app);
 void add_align(CLI::App& app);
+void add_warp(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_plane(CLI::App& app);
 void add_hull(CLI::App& app);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|segment|plane|hull|crop: point clouds on the command line.
+// cilantro info|convert|run|align|warp|segment|plane|hull|crop: point clouds on the command line.
 // Ends with 0, with 1 if something failed, and with 2 if the command line makes no sense.
 #include <CLI/CLI.hpp>
 #include <exception>
@@ -9,7 +9,7 @@
 #include "commands.hpp"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Reads, converts, processes, aligns and segments point clouds.", "cilantro"};
+  CLI::App app{"Reads, converts, processes, aligns, bends and segments point clouds.", "cilantro"};
   app.require_subcommand(1);
   app.footer(
       "Files are .ply, .pcd, .xyz, .txt, .asc, .csv, .pts, and depth images as .png to read.");
@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   add_convert(app);
   add_run(app);
   add_align(app);
+  add_warp(app);
   add_segment(app);
   add_plane(app);
   add_hull(app);

@@ -86,6 +86,38 @@ expect 1 'too few pairs' "$cilantro" align far.xyz plane.xyz --max-distance 1
 expect 2 'try --help' "$cilantro" align plane.xyz plane.xyz --metric nonsense
 expect 2 'required' "$cilantro" align plane.xyz
 
+# Bend a sheet with a relief onto what it became.
+awk 'BEGIN { for (i = 0; i < 41; ++i) for (j = 0; j < 25; ++j) {
+  x = i / 40; y = j / 40; z = 0.02 * sin(17 * x) * cos(13 * y)
+  print x, y, z > "sheet.xyz"; print x, y, z + 0.1 * x * x > "bent.xyz" } }'
+expect 0 'status: "converged"' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --max-distance 0.2 -o warped.xyz --picture warped.png
+"$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --max-distance 0.2 --json -o again.xyz | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert list(found) == ["status", "converged", "iterations", "pairs", "overlap", "rmse", "residual", "energy", "nodes", "unsupported_nodes"]
+assert found["converged"] and found["overlap"] == 1 and found["nodes"] > 50 and found["unsupported_nodes"] == 0'
+cmp warped.xyz again.xyz || fail 'the same command gave another cloud'
+python3 -c '
+rows = [[list(map(float, line.split())) for line in open(name) if line[0].isdigit() or line[0] == "-"] for name in ("warped.xyz", "bent.xyz")]
+assert len(rows[0]) == len(rows[1]) == 1025
+assert max(abs(a[2] - b[2]) for a, b in zip(*rows)) < 0.01'
+head -c 4 warped.png | grep -q PNG || fail 'the picture is no PNG file'
+printf '0 0\n1024 1024\n' > marks.txt
+expect 0 'status: "converged"' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --max-distance 0.2 --landmarks marks.txt
+expect 0 'status: ' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --max-distance 0.2 --affine --rigidity 0.1
+# A cloud in float onto one in double.
+expect 0 'status: ' "$cilantro" warp plane.xyz bent.xyz --spacing 5 --quiet
+expect 1 'too few pairs' "$cilantro" warp far.xyz plane.xyz --spacing 5 --max-distance 1
+echo '0 1025' > marks.txt
+expect 1 'a landmark is not among the points' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --landmarks marks.txt
+echo '0 one' > marks.txt
+expect 1 'marks.txt: a landmark is two whole numbers' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --landmarks marks.txt
+expect 1 'missing.txt: cannot be read' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --landmarks missing.txt
+expect 2 'required' "$cilantro" warp sheet.xyz bent.xyz
+expect 2 'try --help' "$cilantro" warp sheet.xyz bent.xyz --spacing -1
+expect 2 'try --help' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --stiffness -1
+expect 2 'try --help' "$cilantro" warp sheet.xyz bent.xyz --spacing 0.1 --rigidity 1
+
 # Segments and planes.
 "$cilantro" segment scan.ply parts.ply --knn 30 --angle 8 --min-size 50 --json --picture parts.png | python3 -c '
 import json, sys

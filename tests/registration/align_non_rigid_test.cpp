@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -146,6 +147,33 @@ TEST_CASE("the result does not depend on where the origin is, also of clouds") {
   CHECK_THROWS_AS((void)align_non_rigid(moving, onto, options), invalid_input);
 }
 
+TEST_CASE("nodes without pairs are those of the field that is returned") {
+  // A dense scan of which the target shows the lower half.
+  const auto [source, target] = bent_ellipsoid(30000, 0.1);
+  const auto half = select(target, [&](index_t i) { return target.points(2, i) < 0; });
+  const auto found = align_non_rigid(source, half, {.spacing = 0.5, .max_distance = 0.2});
+  CHECK(found.unsupported_nodes.size() > 5);
+  const auto nodes = found.transform.graph().nodes();
+  CHECK(found.undetermined == 6 * std::ssize(found.unsupported_nodes));
+  CHECK(found.unknowns == 6 * nodes.size());
+  for (const auto node : found.unsupported_nodes) {
+    REQUIRE(node < nodes.size());
+    CHECK(nodes[node].z() > 0);
+  }
+}
+
+TEST_CASE("a limit that limits nothing is none") {
+  const auto [source, target] = bent_ellipsoid(500, 0.1);
+  const auto moved = [&](double farthest) {
+    return moved_points(
+        align_non_rigid(source, target, {.spacing = 0.5, .max_distance = farthest}).transform,
+        source.points);
+  };
+  const Eigen::Matrix3Xd wide = moved(1e6);
+  CHECK(distance_to(target.points, wide) < distance_to(target.points, source.points));
+  CHECK(test::same_bits(wide, moved(std::numeric_limits<double>::max())));
+}
+
 TEST_CASE("what cannot be aligned is said, and stays") {
   const auto [source, target] = bent_ellipsoid(500, 0.2);
   const Eigen::Matrix3Xd far = target.points.array() + 100;
@@ -162,6 +190,7 @@ TEST_CASE("what cannot be aligned is said, and stays") {
   holes(0, 3) = test::nan<double>;
   const auto found = align_non_rigid(holes, target.points, {.spacing = 0.5, .max_distance = 0.5});
   CHECK(found.pairs > 400);
+  CHECK(found.non_finite == 1);
   CHECK(std::isnan(moved_points(found.transform, holes)(0, 3)));
   // One point, and all equal.
   const Eigen::Matrix3Xd one = target.points.leftCols(1);
@@ -206,6 +235,7 @@ TEST_CASE("options that make no sense are refused") {
   refused({.spacing = 1, .landmarks = {{50, 0}}});
   refused({.spacing = 1, .landmarks = {{0, -1}}});
   refused({.spacing = 1, .max_iterations = -1});
+  refused({.spacing = 1, .landmark_weight = -1});
   refused({.spacing = 1, .tolerance = -1});
   refused({.spacing = 1, .threads = -1});
   const Eigen::Matrix2Xd flat(2, 5);

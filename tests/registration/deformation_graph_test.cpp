@@ -161,6 +161,35 @@ TEST_CASE("parts that touch but are not connected have nodes of their own") {
   CHECK(is_shared);
 }
 
+TEST_CASE("connections of points that are not finite do not count") {
+  Eigen::Matrix2Xd line = Eigen::Matrix2Xd::Zero(2, 30);
+  line.row(0).setLinSpaced(0, 2.9);
+  line(1, 15) = test::nan<double>;
+  std::vector<index_t> offsets{0};
+  buffer<std::int32_t> indices;
+  buffer<double> distances;
+  const auto connections_of = [&](double length) {
+    offsets = {0};
+    indices.clear();
+    distances.clear();
+    for (std::int32_t i = 0; i < 30; ++i) {
+      if (i < 29) {
+        indices.push_back(i + 1);
+        distances.push_back(i == 14 || i == 15 ? test::nan<double> : length);
+      }
+      offsets.push_back(std::ssize(indices));
+    }
+    return neighborhoods<double>{offsets, indices, distances};
+  };
+  const deformation_graph graph{line, connections_of(0.1), {.spacing = 0.5}};
+  CHECK(graph.anchors(15).empty());
+  for (index_t i = 0; i < 30; ++i)
+    for (const auto node : graph.anchors(i)) CHECK((graph.nodes()[node].x() < 1.5) == (i < 15));
+  CHECK_THROWS_AS((deformation_graph{line, connections_of(-1), {.spacing = 0.5}}), invalid_input);
+  CHECK_THROWS_AS((deformation_graph{line, connections_of(test::nan<double>), {.spacing = 0.5}}),
+                  invalid_input);
+}
+
 TEST_CASE("graphs refuse options that make no sense") {
   const auto points = test::random_points<test::d2>(10, 6);
   CHECK_THROWS_AS((deformation_graph{points, {}}), invalid_input);
@@ -169,6 +198,8 @@ TEST_CASE("graphs refuse options that make no sense") {
   CHECK_THROWS_AS((deformation_graph{points, {.spacing = 1, .anchors = 0}}), invalid_input);
   CHECK_THROWS_AS((deformation_graph{points, {.spacing = 1, .anchors = 17}}), invalid_input);
   CHECK_THROWS_AS((deformation_graph{points, nodes_at{points}, {.spacing = 1}}), invalid_input);
+  const Eigen::MatrixXd five(5, 0), three = Eigen::MatrixXd::Zero(3, 9);
+  CHECK_THROWS_AS((deformation_graph{five, nodes_at{three}}), invalid_input);
   const neighborhoods<double> none;
   CHECK_THROWS_AS((deformation_graph{points, none, {.spacing = 1}}), invalid_input);
   point_cloud<double, 2> far{.points = points};

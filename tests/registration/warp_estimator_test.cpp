@@ -352,6 +352,37 @@ TEST_CASE("nothing to go by leaves a field as it is") {
   CHECK(nothing.estimate(nothing.identity(), correspondences<double>{}).fit.unknowns == 0);
   const nearest_neighbor_searcher searcher{none, target};
   CHECK(icp(searcher, nothing).status == icp_status::too_few_pairs);
+  const warp_estimator without_graph{none, target, deformation_graph<double, 3>{},
+                                     point_to_point{}};
+  CHECK(icp(searcher, without_graph).status == icp_status::too_few_pairs);
+}
+
+TEST_CASE("a bent field stays bent without pairs, as estimators of all kinds promise") {
+  const auto surface = test::bumpy_surface<test::d3>(200, 16);
+  const deformation_graph graph{surface, {.spacing = 0.6}};
+  auto field = identity_field(graph);
+  Eigen::Isometry3d up = Eigen::Isometry3d::Identity();
+  up.translation().z() = 0.2;
+  field.set_node(1, up);
+  const warp_estimator estimator{surface, surface, graph, point_to_plane{}};
+  const auto step = estimator.estimate(field, correspondences<double>{});
+  CHECK(test::same_bits(moved_points(step.transform, surface.points),
+                        moved_points(field, surface.points)));
+  CHECK(step.change.translation == 0);
+  CHECK(check_transform_estimator(estimator, estimator.identity(), test::same_indices<double>(200))
+            .empty());
+}
+
+TEST_CASE("however stiff, a field follows what moves as a whole") {
+  const auto source = test::random_points<test::d3>(300, 17);
+  const Eigen::Matrix3Xd target = source.colwise() + Eigen::Vector3d{0.1, -0.2, 0.3};
+  const deformation_graph graph{source, {.spacing = 0.6}};
+  for (const double stiffness : {1e-6, 1.0, 1e6, 1e9}) {
+    const warp_estimator estimator{
+        source, target, graph, point_to_point{}, {.stiffness = stiffness}};
+    const auto field = fitted(estimator, estimator.identity(), test::same_indices<double>(300), 3);
+    CHECK((moved_points(field, source) - target).cwiseAbs().maxCoeff() < 1e-4);
+  }
 }
 
 TEST_CASE("an estimator refuses what is not its own") {
@@ -374,5 +405,19 @@ TEST_CASE("an estimator refuses what is not its own") {
   CHECK_THROWS_AS(
       (void)estimator.estimate(estimator.identity(), correspondences<double>{{60, 0, 0}}),
       invalid_input);
+  CHECK_THROWS_AS(  // Pairs by descending source.
+      (void)estimator.estimate(estimator.identity(), correspondences<double>{{5, 5, 0}, {2, 2, 0}}),
+      invalid_input);
+  CHECK_THROWS_AS(
+      (warp_estimator{source,
+                      target,
+                      graph,
+                      point_to_point{},
+                      {.smoothness = huber{1}, .regularizer = warp_regularizer::increments}}),
+      invalid_input);
+  const warp_estimator odd{
+      source, target, graph, point_to_point{}, {.smoothness = [](double) { return -1.0; }}};
+  CHECK_THROWS_AS((void)odd.estimate(odd.identity(), correspondences<double>{{0, 0, 0}}),
+                  invalid_input);
   CHECK_THROWS_AS((void)estimator.with(point_to_point{}, {.stiffness = -1}), invalid_input);
 }

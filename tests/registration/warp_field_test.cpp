@@ -178,6 +178,21 @@ TEST_CASE("points that connections separate move with their own part only") {
   CHECK(((moved - points).rightCols(100).row(1).array() - 1).abs().maxCoeff() < 1e-14);
 }
 
+TEST_CASE("what is out of reach of all nodes moves with the nearest") {
+  const auto points = test::random_points<test::d3>(100, 9);
+  const deformation_graph graph{points, {.spacing = 0.4}};
+  auto field = identity_field(graph);
+  Eigen::Isometry3d up = Eigen::Isometry3d::Identity();
+  up.translation().z() = 10;
+  for (index_t k = 0; k < graph.nodes().size(); ++k) field.set_node(k, up);
+  CHECK((field.at(Eigen::Vector3d{50, 0, 0}) - Eigen::Vector3d{50, 0, 10}).norm() < 1e-12);
+  const warp_field<double, dynamic> nothing;
+  CHECK(nothing.at(Eigen::VectorXd::Ones(3)) == Eigen::VectorXd::Ones(3));
+  CHECK(nothing.normal_at(Eigen::VectorXd::Ones(3), Eigen::VectorXd::Ones(3)) ==
+        Eigen::VectorXd::Ones(3));
+  CHECK(identity_field(deformation_graph<double, 3>{}).size() == 0);
+}
+
 TEST_CASE("fields refuse points and motions of other sizes") {
   const auto points = test::random_points<test::dx>(20, 7);
   auto field = identity_field(deformation_graph{points, {.spacing = 0.5}});

@@ -97,6 +97,37 @@ void write_lidar_pair(const std::filesystem::path& scans, pair_writer& out) {
             matrix_in(scans / "T_target_source.txt"));
 }
 
+/// The vertices of an OBJ file.
+cloud_type read_vertices(const std::filesystem::path& path) {
+  std::ifstream in{path};
+  std::vector<float> all;
+  std::string word;
+  for (float x = 0, y = 0, z = 0; in >> word; std::getline(in, word))
+    if (word == "v" && in >> x >> y >> z) all.insert(all.end(), {x, y, z});
+  return {.points = Eigen::Map<const Eigen::Matrix3Xf>{all.data(), 3, std::ssize(all) / 3}};
+}
+
+/// Pairs that bend, and the list of them: the distances between nodes and within pairs, and whether
+/// point i of the source belongs onto point i of the target.
+void write_bending_pairs(const std::filesystem::path& scans, const std::filesystem::path& folder) {
+  std::ofstream list{folder / "bending_pairs.txt"};
+  const auto write = [&](const std::string& name, const cloud_type& source,
+                         const cloud_type& target, double spacing, double max_distance,
+                         bool have_truth) {
+    const auto with_normals = target.has_normals() ? target : target | estimate_normals(knn{10});
+    write_floats(folder / (name + "_source.f32"), source.points);
+    write_floats(folder / (name + "_target.f32"), with_normals.points);
+    write_floats(folder / (name + "_normals.f32"), with_normals.normals);
+    list << name << ' ' << spacing << ' ' << max_distance << ' ' << have_truth << '\n';
+  };
+  if (const auto frames = scans / "cilantro"; std::filesystem::exists(frames))
+    write("frames", read_ply<float>(frames / "frame_2.ply"),
+          read_ply<float>(frames / "frame_1.ply"), 0.025, 0.02, false);
+  if (const auto jump = scans / "fast_rnrr/jump_s005"; std::filesystem::exists(jump))
+    write("jump", read_vertices(jump / "source.obj"), read_vertices(jump / "target.obj"), 0.08, 0.6,
+          true);
+}
+
 /// For who has none of these.
 void write_simulated_pair(pair_writer& out) {
   const auto scan = [](int step) {
@@ -206,6 +237,7 @@ void write_tasks(const std::filesystem::path& folder) {
     write_bunny_pair(scans / "stanford_bunny_scans", pairs);
     write_lidar_pair(scans / "small_gicp", pairs);
   }
+  write_bending_pairs(real / "mesh_nonrigid", folder);
 
   const auto depth_file = real / "rgbd/7scenes_1000/frame-000000.depth.png";
   const bool is_real = std::filesystem::exists(depth_file);

@@ -89,10 +89,11 @@ void one_iteration(benchmark::State& state, const bending_pair& pair) {
     searcher.find(now, near, pairs);
     now = estimator.estimate(now, pairs, memory).transform;
   };
-  improve();
+  for (int i = 0; i < 10; ++i) improve();
+  const field settled = now;
   for (auto _ : state) improve();
   state.counters["nodes"] = double(graph.nodes().size());
-  report_fit(state, pair, now);
+  report_fit(state, pair, settled);
 }
 
 const std::vector<bending_pair>& bending_pairs() {

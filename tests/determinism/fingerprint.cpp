@@ -163,6 +163,19 @@ void registration(const std::string& input, const point_matrix<S, D>& points, do
   report(name + "align by scales, robust", hash{} << robust.transform.matrix() << robust.rmse);
   const auto affine = align<affine_motion>(moved, points, {.max_distance = 3 * edge});
   report(name + "align affine", hash{} << affine.transform.matrix() << affine.rmse);
+
+  // A field that is bent by what it is fitted to: each coordinate pushes the next.
+  point_matrix<S, D> pushed = moved;
+  for (index_t i = 0; i < pushed.cols(); ++i)
+    for (index_t d = 0; d < D; ++d)
+      pushed(d, i) += S(0.25) * moved((d + 1) % D, i) * moved((d + 1) % D, i);
+  correspondences<S> pairs;
+  for (std::int32_t i = 0; i < pushed.cols(); ++i) pairs.push_back({i, i, 0});
+  const deformation_graph graph{moved, {.spacing = 4 * edge}};
+  const warp_estimator estimator{moved, pushed, graph, point_to_point{}, {.robust = huber{edge}}};
+  auto field = estimator.identity();
+  for (int i = 0; i < 3; ++i) field = estimator.estimate(field, pairs).transform;
+  report(name + "warp_estimator", hash{} << moved_points(field, moved));
 }
 
 Eigen::MatrixXd distances_of(const Eigen::MatrixXd& points) {

@@ -178,6 +178,14 @@ TEST_CASE("points that connections separate move with their own part only") {
   CHECK(((moved - points).rightCols(100).row(1).array() - 1).abs().maxCoeff() < 1e-14);
 }
 
+TEST_CASE("a field is a map of points that turns normals as surfaces turn") {
+  const auto points = test::random_points<test::d3>(200, 10);
+  const deformation_graph graph{points, {.spacing = 0.7}};
+  const auto violations = check_point_map(wavy<test::d3>(graph, 0.4), points);
+  for (const auto& violation : violations) MESSAGE(violation);
+  CHECK(violations.empty());
+}
+
 TEST_CASE("what is out of reach of all nodes moves with the nearest") {
   const auto points = test::random_points<test::d3>(100, 9);
   const deformation_graph graph{points, {.spacing = 0.4}};

@@ -25,7 +25,7 @@ namespace {
 constexpr double last_cell = 1.0 / 8, early_cell = 1.0 / 4;
 /// The kernel shrinks by this from one level to the next: what it lets in must still be near what
 /// it let in before.
-constexpr double shrinking = 1.4;
+constexpr double shrinking = 1.6;
 /// As long as the kernel is larger than in the end by this, half as many nodes along each axis do.
 constexpr double coarse_from = 6;
 
@@ -56,7 +56,7 @@ std::vector<non_rigid_level> levels_of(const non_rigid_options& options, double 
   constexpr double most_steps = 60;
   const double steps =
       std::min(std::ceil(std::log(first / last) / std::log(shrinking)), most_steps);
-  const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 50;
+  const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 20;
   std::vector<non_rigid_level> levels;
   for (double k = steps; k >= 0; --k) {
     const double ratio = steps > 0 ? std::pow(first / last, k / steps) : 1;
@@ -78,7 +78,10 @@ void expect_valid(const non_rigid_options& o, bool is_rigid) {
   expect_between(0, o.tolerance, most, "align_non_rigid: tolerance");
   expect_between(0, o.landmark_weight, most, "align_non_rigid: landmark_weight");
   expect_from(0, o.max_iterations, "align_non_rigid: max_iterations");
-  expect_valid(warp_options{.stiffness = o.stiffness, .rigidity = o.rigidity}, is_rigid);
+  expects(!is_rigid || !o.rigidity,
+          "align_non_rigid: rigid motions need no .rigidity, which is for those that may deform");
+  expect_valid(warp_options{.stiffness = o.stiffness, .rigidity = o.rigidity.value_or(0)},
+               is_rigid);
 }
 
 /// A part of the source that represents all of it, and where the landmarks are among its points.
@@ -265,9 +268,10 @@ class non_rigid_loop {
         weighted_term{point_to_point{}, options_.point_weight, weight_of_found{}, kernel},
         weighted_term{point_to_plane{}, 1, weight_of_found{}, kernel},
         weighted_term{point_to_point{}, landmark_weight, weight_of_landmarks{}}};
+    constexpr bool may_deform = !RigidMap<transform_of<Motion, double, D>>;
     const warp_options bending{.stiffness = level.stiffness,
                                .smoothness = options_.smoothness,
-                               .rigidity = options_.rigidity,
+                               .rigidity = may_deform ? options_.rigidity.value_or(0.01) : 0,
                                .threads = options_.threads};
     if (!estimator_) {
       const oriented_points_view<S, D> source{as_points(moving.points), points_view<S, D>{}};

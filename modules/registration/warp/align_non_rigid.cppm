@@ -42,18 +42,20 @@ export struct non_rigid_options {
   double kernel_scale = 0;
   /// How much the distance between the points of a pair counts, beside that along the normal.
   double point_weight = 0.02;
-  robust_kernel smoothness = {};     ///< Of the disagreement of linked nodes, as in `warp_options`.
-  double rigidity = 0;               ///< Of motions that may deform, as in `warp_options`.
-  index_t anchors = 4;               ///< As in `deformation_graph_options`.
-  neighborhood_spec links = knn{8};  ///< As in `deformation_graph_options`.
+  robust_kernel smoothness = {};  ///< Of the disagreement of linked nodes, as in `warp_options`.
+  /// How much motions that may deform are held to rotations, as in `warp_options`: 0.01 if not
+  /// given. Without it, thin parts may collapse. Must not be given for rigid motions.
+  std::optional<double> rigidity = {};
+  index_t anchors = 4;                  ///< As in `deformation_graph_options`.
+  neighborhood_spec links = knn{8};     ///< As in `deformation_graph_options`.
   neighborhood_spec normals = knn{10};  ///< For normals of a target that has none.
   /// Source points (`first`) and the target points (`second`) that are known to be the same places.
-  /// No kernel asks how far they are apart.
+  /// They are pairs of the result, too, and no kernel asks how far they are apart.
   std::vector<std::pair<index_t, index_t>> landmarks = {};
   double landmark_weight = 1;  ///< Of all landmarks together, relative to all source points.
   int max_iterations = 6;      ///< With each kernel scale.
   /// The field has converged when no paired point and no node moves farther in an iteration, in the
-  /// units of the points. 0: a fiftieth of the spacing.
+  /// units of the points. 0: a twentieth of the spacing.
   double tolerance = 0;
   std::function<void(const non_rigid_iteration&)> observer = {};  ///< Called after each iteration.
   int threads = 0;
@@ -127,6 +129,16 @@ export template <MotionModel Motion = rigid_motion, PointsSource A, PointsSource
   result.energy = found.energy;
   result.unsupported_nodes = std::move(found.unsupported_nodes);
   return result;
+}
+
+/// Refused by the compiler with a sentence: source and target must have the same scalar and
+/// dimension.
+export template <class Motion = rigid_motion, PointsSource A, PointsSource B, class... More>
+  requires(!std::same_as<points_view_of<A>, points_view_of<B>>)
+void align_non_rigid(const A&, const B&, More&&...) {
+  static_assert(std::same_as<points_view_of<A>, points_view_of<B>>,
+                "align_non_rigid: source and target must have the same scalar and dimension; cast "
+                "one of them, as by cast<double>(cloud)");
 }
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D)                                              \

@@ -300,6 +300,8 @@ auto warp_engine<S, D, Motion>::moved(const motions_type& motions,
     if constexpr (RigidMap<transform_of<Motion, double, D>>)
       // One step towards the nearest rotation, which rounding has left by little.
       turned = turned * (1.5 * matrix::Identity(d, d) - 0.5 * turned.transpose() * turned);
+    else if constexpr (requires { motion_.normalize(turned); })
+      turned = motion_.normalize(turned);
     result.linear_of(k) = turned;
     result.shifts.col(k) += step.translation;
     change.rotation =

@@ -207,12 +207,7 @@ class warp_estimator {
           const typename engine::matrix linear = blended<S, C>::linear(
               motions, nodes, std::span{graph.weights_at(graph.place_of[s]), nodes.size()});
           const vector n = surfaces_.source.normals[s].template cast<double>();
-          if constexpr (RigidMap<typename transform_type::transform_type>)
-            return vector{linear * n};
-          else
-            return vector{checked_inverse(linear, "warp_estimator: the field flattens its points")
-                              .transpose() *
-                          n};
+          return turned_normal<C>(linear, n);
         });
   }
 

@@ -24,12 +24,12 @@ struct local_motion {
 
 template <Scalar S, int D>
 local_motion<D> motion_at(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
-                          const point_vector<double, D>& p, bool is_rigid) {
+                          const point_vector<double, D>& p, const linear_normalizer& normalize) {
   const point_vector<S, D> rounded = p.template cast<S>();
   const auto near = anchors_at<S, D>(graph, rounded);
   local_motion<D> local{blended<S, D>::linear(motions, near.nodes(), near.weights()),
                         blended<S, D>::place(graph, motions, near.nodes(), near.weights(), p)};
-  if (is_rigid) local.linear = nearest_rotation(local.linear);
+  if (normalize) local.linear = normalize(local.linear);
   return local;
 }
 
@@ -128,7 +128,7 @@ std::optional<point_vector<double, D>> invert_field(const deformation_graph_data
   double last = std::numeric_limits<double>::infinity();
   constexpr int most_steps = 50;
   for (int step = 0; step < most_steps; ++step) {
-    const auto local = motion_at<S, D>(graph, motions, p, false);
+    const auto local = motion_at<S, D>(graph, motions, p, {});
     const point_vector<double, D> rest = place - local.place;
     const double now = rest.norm();
     if (now <= exact) return p;
@@ -144,11 +144,11 @@ std::optional<point_vector<double, D>> invert_field(const deformation_graph_data
 template <Scalar S, int D>
 node_motions<D> resampled_motions(const deformation_graph_data<S, D>& from,
                                   const node_motions<D>& motions, const point_matrix<S, D>& nodes,
-                                  bool is_rigid) {
+                                  const linear_normalizer& normalize) {
   node_motions<D> result{index_t(nodes.rows()), index_t(nodes.cols())};
   for (index_t k = 0; k < nodes.cols(); ++k) {
     const point_vector<double, D> node = nodes.col(k).template cast<double>();
-    const auto local = motion_at<S, D>(from, motions, node, is_rigid);
+    const auto local = motion_at<S, D>(from, motions, node, normalize);
     result.linear_of(k) = local.linear;
     result.shifts.col(k) = local.place - node;
   }
@@ -159,11 +159,11 @@ template <Scalar S, int D>
 node_motions<D> composed_motions(const deformation_graph_data<S, D>& outer_graph,
                                  const node_motions<D>& outer,
                                  const deformation_graph_data<S, D>& inner_graph,
-                                 const node_motions<D>& inner, bool is_rigid) {
+                                 const node_motions<D>& inner, const linear_normalizer& normalize) {
   node_motions<D> result = inner;
   for (index_t k = 0; k < inner_graph.nodes.cols(); ++k) {
     const point_vector<double, D> node = inner_graph.nodes.col(k).template cast<double>();
-    const auto local = motion_at<S, D>(outer_graph, outer, node + inner.shifts.col(k), is_rigid);
+    const auto local = motion_at<S, D>(outer_graph, outer, node + inner.shifts.col(k), normalize);
     result.linear_of(k) = local.linear * inner.linear_of(k);
     result.shifts.col(k) = local.place - node;
   }
@@ -180,10 +180,10 @@ node_motions<D> composed_motions(const deformation_graph_data<S, D>& outer_graph
       const point_vector<double, D>&);                                                          \
   template node_motions<D> resampled_motions(const deformation_graph_data<S, D>&,               \
                                              const node_motions<D>&, const point_matrix<S, D>&, \
-                                             bool);                                             \
+                                             const linear_normalizer&);                         \
   template node_motions<D> composed_motions(                                                    \
       const deformation_graph_data<S, D>&, const node_motions<D>&,                              \
-      const deformation_graph_data<S, D>&, const node_motions<D>&, bool);
+      const deformation_graph_data<S, D>&, const node_motions<D>&, const linear_normalizer&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

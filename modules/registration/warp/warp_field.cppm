@@ -66,6 +66,21 @@ struct blended {
   }
 };
 
+/// The direction, of any length, to which a linear map turns the normal of what it maps: its
+/// inverse transpose, but for a factor.
+template <int D>
+[[nodiscard]] point_vector<double, D> turned_normal(const Eigen::Matrix<double, D, D>& linear,
+                                                    const point_vector<double, D>& n) {
+  if constexpr (D == 2) {
+    return {linear(1, 1) * n[0] - linear(1, 0) * n[1], linear(0, 0) * n[1] - linear(0, 1) * n[0]};
+  } else if constexpr (D == 3) {
+    const Eigen::Vector3d x = linear.col(0), y = linear.col(1), z = linear.col(2);
+    return y.cross(z) * n[0] + z.cross(x) * n[1] + x.cross(y) * n[2];
+  } else {
+    return checked_inverse(linear, "warp_field: the field flattens its points").transpose() * n;
+  }
+}
+
 /// Where the points of a group go, and what each of their anchors makes of them: linear · (p −
 /// node). The numbers of a vector lie next to each other, and vectors `stride` numbers apart.
 struct moved_group {
@@ -91,24 +106,35 @@ template <Scalar S, int D>
 void move_groups(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
                  points_view<S, D> points, mutable_points_view<S, D> out, const execution& how);
 
-/// The point that a field moves to `place`, if the iteration for it converges. `is_rigid` as below.
+/// The point that a field moves to `place`, if the iteration for it converges.
 template <Scalar S, int D>
 [[nodiscard]] std::optional<point_vector<double, D>> invert_field(
     const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
     const point_vector<double, D>& place);
 
-/// The motions of other nodes, from what a field does to them and around them. `is_rigid` makes
-/// rotations of the linear parts.
+/// Makes a linear part one of its motion model again; empty if any is one.
+using linear_normalizer = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
+template <MotionModel Motion>
+[[nodiscard]] linear_normalizer normalizer_of() {
+  if constexpr (requires(const Motion& motion, const Eigen::MatrixXd& m) { motion.normalize(m); })
+    return [](const Eigen::MatrixXd& linear) { return Motion{}.normalize(linear); };
+  else
+    return {};
+}
+
+/// The motions of other nodes, from what a field does to them and around them.
 template <Scalar S, int D>
 [[nodiscard]] node_motions<D> resampled_motions(const deformation_graph_data<S, D>& from,
                                                 const node_motions<D>& motions,
-                                                const point_matrix<S, D>& nodes, bool is_rigid);
+                                                const point_matrix<S, D>& nodes,
+                                                const linear_normalizer& normalize);
 /// First `inner`, then `outer`, at the nodes of `inner`.
 template <Scalar S, int D>
 [[nodiscard]] node_motions<D> composed_motions(const deformation_graph_data<S, D>& outer_graph,
                                                const node_motions<D>& outer,
                                                const deformation_graph_data<S, D>& inner_graph,
-                                               const node_motions<D>& inner, bool is_rigid);
+                                               const node_motions<D>& inner,
+                                               const linear_normalizer& normalize);
 
 /// A map of points that bends: every node of a graph has a motion of its own, by which it moves the
 /// points around it. Point p of the graph goes to Σ w · (R · (p − g) + g + t), over its anchors g
@@ -141,8 +167,8 @@ class warp_field {
                         p.template cast<double>())
         .template cast<S>();
   }
-  /// The direction to which the normal n of point i is turned, of any length: by the blended linear
-  /// part, or its inverse transpose unless motions are rigid. Precondition: 0 <= i < size().
+  /// The direction to which the normal n of point i is turned, of any length: by the inverse
+  /// transpose of the blended linear part. Precondition: 0 <= i < size().
   [[nodiscard]] point_vector<S, D> normal(index_t i, const point_vector<S, D>& n) const {
     return turned(graph_.anchors(i), graph_.weights(i), n);
   }
@@ -216,14 +242,8 @@ class warp_field {
                                           std::span<const double> weights,
                                           const point_vector<S, D>& n) const {
     if (nodes.empty()) return n;
-    const auto linear = blend::linear(motions_, nodes, weights);
-    const vector direction = n.template cast<double>();
-    if constexpr (RigidMap<transform_type>)
-      return (linear * direction).template cast<S>();
-    else
-      return (checked_inverse(linear, "warp_field: the field flattens its points").transpose() *
-              direction)
-          .template cast<S>();
+    return turned_normal<C>(blend::linear(motions_, nodes, weights), n.template cast<double>())
+        .template cast<S>();
   }
 
   graph_type graph_;
@@ -237,7 +257,8 @@ export template <MotionModel Motion = rigid_motion, Scalar S, int D>
 }
 
 /// The same motion by the nodes of another graph, which may be finer or move other points. Between
-/// the nodes of a coarse field, motions are blended; those of a `rigid_motion` are rotations again.
+/// the nodes of a coarse field, motions are blended, and normalised if their model can be, as
+/// rotations.
 /// Throws `invalid_input` for graphs of different dimension. O(nodes · log nodes).
 export template <Scalar S, int D, MotionModel Motion>
 [[nodiscard]] warp_field<S, D, Motion> resample(
@@ -248,7 +269,7 @@ export template <Scalar S, int D, MotionModel Motion>
   expects(graph.dimension() == field.dimension(),
           "resample: field and graph must have the same dimension");
   result.motions() = resampled_motions(field.graph().data(), field.motions(), graph.data().nodes,
-                                       RigidMap<typename warp_field<S, D, Motion>::transform_type>);
+                                       normalizer_of<Motion>());
   return result;
 }
 
@@ -261,9 +282,8 @@ export template <Scalar S, int D, MotionModel Motion>
   if (inner.graph().nodes().empty() || outer.graph().nodes().empty()) return result;
   expects(outer.dimension() == inner.dimension(),
           "compose: the fields must have the same dimension");
-  result.motions() =
-      composed_motions(outer.graph().data(), outer.motions(), inner.graph().data(), inner.motions(),
-                       RigidMap<typename warp_field<S, D, Motion>::transform_type>);
+  result.motions() = composed_motions(outer.graph().data(), outer.motions(), inner.graph().data(),
+                                      inner.motions(), normalizer_of<Motion>());
   return result;
 }
 
@@ -323,12 +343,12 @@ export template <Scalar S, int D, MotionModel Motion>
   extern template std::optional<point_vector<double, D>> invert_field(                          \
       const deformation_graph_data<S, D>&, const node_motions<D>&,                              \
       const point_vector<double, D>&);                                                          \
-  extern template node_motions<D> resampled_motions(const deformation_graph_data<S, D>&,        \
-                                                    const node_motions<D>&,                     \
-                                                    const point_matrix<S, D>&, bool);           \
+  extern template node_motions<D> resampled_motions(                                            \
+      const deformation_graph_data<S, D>&, const node_motions<D>&, const point_matrix<S, D>&,   \
+      const linear_normalizer&);                                                                \
   extern template node_motions<D> composed_motions(                                             \
       const deformation_graph_data<S, D>&, const node_motions<D>&,                              \
-      const deformation_graph_data<S, D>&, const node_motions<D>&, bool);
+      const deformation_graph_data<S, D>&, const node_motions<D>&, const linear_normalizer&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

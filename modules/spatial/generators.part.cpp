@@ -190,9 +190,9 @@ class generator_lists {
   void settle(index_t g) {
     const bool ray = is_ray(g);
     auto place = Eigen::VectorXd::Map(generator(g), d_);
-    std::vector<index_t> on;
+    index_list on;
     for (index_t f = 0; f < plane_count(); ++f)
-      if (lies_on(g, f + 1)) on.push_back(f);
+      if (lies_on(g, f + 1)) on.push_back(static_cast<std::int32_t>(f));
     const Eigen::MatrixXd meeting = columns_of(planes(), on);
     const auto normals = meeting.topRows(d_);
     const auto errors = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {

@@ -54,12 +54,12 @@ std::vector<non_rigid_level> levels_of(const non_rigid_options& options, double 
   const double last = options.kernel_scale > 0 ? options.kernel_scale : options.spacing / 8;
   const double first = std::max(farthest / 3, last);
   constexpr double most_steps = 60;
-  const double steps =
-      std::min(std::ceil(std::log(first / last) / std::log(shrinking)), most_steps);
+  const auto steps = static_cast<int>(
+      std::min(std::ceil(std::log(first / last) / std::log(shrinking)), most_steps));
   const double tolerance = options.tolerance > 0 ? options.tolerance : options.spacing / 20;
   std::vector<non_rigid_level> levels;
-  for (double k = steps; k >= 0; --k) {
-    const double ratio = steps > 0 ? std::pow(first / last, k / steps) : 1;
+  for (int k = steps; k >= 0; --k) {
+    const double ratio = steps > 0 ? std::pow(first / last, double(k) / double(steps)) : 1;
     const double scale = last * ratio;
     levels.push_back({scale, options.stiffness * ratio * ratio, std::min(farthest, 3 * scale),
                       k > 0 ? std::max(tolerance, scale / 10) : tolerance, ratio > coarse_from,

@@ -351,14 +351,15 @@ auto warp_engine<S, D, Motion>::improve(const motions_type& current, const data_
   if (!(found.before.totals.weight > 0)) return found;
   // Rounding must not determine what nothing else does, so that there is always a little damping;
   // of stiff nodes it would also slow down what all of them do together.
-  const double least = std::max(1e-8 / std::max(1.0, options_.stiffness), 1e-14);
-  for (double damping = least; damping < 1e4; damping *= 100) {
+  double damping = std::max(1e-8 / std::max(1.0, options_.stiffness), 1e-14);
+  constexpr int most_attempts = 7;
+  for (int attempt = 0; attempt < most_attempts; ++attempt, damping *= 100) {
     transform_change change{.rounding = found.change.rounding};
     auto motions = moved(current, equations_->solve(damping, memory.equations), change);
     const auto [energy, moved_by] = judge(motions);
     change.translation = std::max(change.translation, moved_by);
     // A step that is refused has not converged: it is said how far it would have gone.
-    if (damping == least) found.change = change;
+    if (attempt == 0) found.change = change;
     if (!(energy + regularity(motions, current, memory.links) <= found.before.energy * (1 + 1e-12)))
       continue;
     found.change = change;

@@ -25,8 +25,7 @@ struct local_motion {
 template <Scalar S, int D>
 local_motion<D> motion_at(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
                           const point_vector<double, D>& p, const linear_normalizer& normalize) {
-  const point_vector<S, D> rounded = p.template cast<S>();
-  const auto near = anchors_at<S, D>(graph, rounded);
+  const auto near = anchors_at<S, D>(graph, p.template cast<S>());
   local_motion<D> local{blended<S, D>::linear(motions, near.nodes(), near.weights()),
                         blended<S, D>::place(graph, motions, near.nodes(), near.weights(), p)};
   if (normalize) local.linear = normalize(local.linear);

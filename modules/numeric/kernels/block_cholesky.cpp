@@ -218,9 +218,10 @@ bool assemble_any(const dense_front& f, const placed_block* blocks, std::ptrdiff
 template <class V>
 CILANTRO_ALWAYS_INLINE void add_one(double*& to, const double*& from) {
   store(to, load<V>(to) + load<V>(from));
-  constexpr std::size_t size = sizeof(double);
-  to += sizeof(V) / size;
-  from += sizeof(V) / size;
+  constexpr std::size_t one = sizeof(double);
+  constexpr auto numbers = static_cast<std::ptrdiff_t>(sizeof(V) / one);
+  to += numbers;
+  from += numbers;
 }
 CILANTRO_ALWAYS_INLINE void add_numbers(double* to, const double* from, int count) {
   for (; count >= strip; count -= strip) add_one<whole_strip>(to, from);

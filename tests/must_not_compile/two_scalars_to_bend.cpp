@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// message: align_non_rigid: source and target must have the same scalar and dimension; cast one of them
+// message: align_non_rigid: source and target must have the same scalar and dimension
 import cilantro;
 
 int main() {

@@ -78,7 +78,7 @@ void expect_valid(const non_rigid_options& o, bool is_rigid) {
   expect_between(0, o.tolerance, most, "align_non_rigid: tolerance");
   expect_between(0, o.landmark_weight, most, "align_non_rigid: landmark_weight");
   expect_from(0, o.max_iterations, "align_non_rigid: max_iterations");
-  expects(!is_rigid || !o.rigidity,
+  expects(!is_rigid || o.rigidity.value_or(0) == 0,
           "align_non_rigid: rigid motions need no .rigidity, which is for those that may deform");
   expect_valid(warp_options{.stiffness = o.stiffness, .rigidity = o.rigidity.value_or(0)},
                is_rigid);

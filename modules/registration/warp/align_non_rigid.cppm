@@ -44,7 +44,7 @@ export struct non_rigid_options {
   double point_weight = 0.02;
   robust_kernel smoothness = {};  ///< Of the disagreement of linked nodes, as in `warp_options`.
   /// How much motions that may deform are held to rotations, as in `warp_options`: 0.01 if not
-  /// given. Without it, thin parts may collapse. Must not be given for rigid motions.
+  /// given. Without it, thin parts may collapse. Must be 0 or not given for rigid motions.
   std::optional<double> rigidity = {};
   index_t anchors = 4;                  ///< As in `deformation_graph_options`.
   neighborhood_spec links = knn{8};     ///< As in `deformation_graph_options`.

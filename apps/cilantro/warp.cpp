@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -28,7 +29,8 @@ using json = nlohmann::ordered_json;
 struct warp_settings {
   std::string source, target, output, picture, landmarks;
   double spacing = 0, max_distance = std::numeric_limits<double>::infinity();
-  double stiffness = non_rigid_options{}.stiffness, kernel = 0, rigidity = 0;
+  double stiffness = non_rigid_options{}.stiffness, kernel = 0;
+  std::optional<double> rigidity;
   int iterations = non_rigid_options{}.max_iterations, threads = 0;
   index_t normals = 10;
   bool affine = false, as_json = false, quiet = false;
@@ -131,7 +133,8 @@ void add_warp(CLI::App& app) {
   auto* affine = command->add_flag("--affine", settings->affine, "Nodes stretch and shear, too");
   command
       ->add_option("--rigidity", settings->rigidity,
-                   "How much nodes that stretch and shear are held to rotations")
+                   "How much nodes that stretch and shear are held to rotations; 0.01 if it is "
+                   "left out")
       ->check(CLI::NonNegativeNumber)
       ->needs(affine);
   command->add_option(

@@ -193,7 +193,8 @@ std::optional<verified_shape> verified_shape_of(const generated_set& set, double
         Eigen::VectorXd::Map(set.generator(order[k]), d);
   shape.rays.rightCols(2 * lines) << set.lines(), -set.lines();
   shape.normals = columns_of(planes.topRows(d), facets);
-  shape.offsets = entries_of(planes.row(d).transpose(), facets);
+  // A matrix without columns has no row to look at.
+  if (!facets.empty()) shape.offsets = entries_of(planes.row(d).transpose(), facets);
 
   if (bounded && shape.facets.size() <= d) return {};
   // In space, facets close up if Euler's count is right.

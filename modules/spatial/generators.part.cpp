@@ -193,6 +193,7 @@ class generator_lists {
     index_list on;
     for (index_t f = 0; f < plane_count(); ++f)
       if (lies_on(g, f + 1)) on.push_back(static_cast<std::int32_t>(f));
+    if (on.empty()) return;
     const Eigen::MatrixXd meeting = columns_of(planes(), on);
     const auto normals = meeting.topRows(d_);
     const auto errors = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {

@@ -141,6 +141,7 @@ class space_region {
     return {dimension_of_both(a, b), difference_of(a.pieces_, b.pieces_)};
   }
   [[nodiscard]] friend space_region operator~(const space_region& a) {
+    expects(a.dimension_ > 0, "regions: one without a dimension has no complement");
     return {a.dimension_, difference_of(everything_in(a.dimension_), a.pieces_)};
   }
   space_region& operator|=(const space_region& other) { return *this = *this | other; }

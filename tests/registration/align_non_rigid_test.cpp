@@ -174,6 +174,17 @@ TEST_CASE("a limit that limits nothing is none") {
   CHECK(test::same_bits(wide, moved(std::numeric_limits<double>::max())));
 }
 
+TEST_CASE("a spacing beyond the size of the cloud moves it as one") {
+  const auto target = test::bumpy_surface<test::d3>(2000, 5);
+  point_cloud<double, 3> source = target;
+  source.points = transform_points(test::random_rigid<test::d3>(6, 0.05, 0.05), target.points);
+  const auto found = align_non_rigid(source, target, {.spacing = 1000, .max_distance = 0.3});
+  CHECK(found.transform.graph().nodes().size() == 1);
+  CHECK(found.pairs > 1000);
+  CHECK(rms(moved_points(found.transform, source.points) - target.points) <
+        0.4 * rms(source.points - target.points));
+}
+
 TEST_CASE("what cannot be aligned is said, and stays") {
   const auto [source, target] = bent_ellipsoid(500, 0.2);
   const Eigen::Matrix3Xd far = target.points.array() + 100;
@@ -228,6 +239,7 @@ TEST_CASE("options that make no sense are refused") {
   refused({.spacing = 1, .max_distance = 0});
   refused({.spacing = 1, .max_distance = test::nan<double>});
   refused({.spacing = 1, .stiffness = -1});
+  refused({.spacing = 1, .stiffness = 1e10});
   refused({.spacing = 1, .kernel_scale = -1});
   refused({.spacing = 1, .point_weight = -1});
   refused({.spacing = 1, .rigidity = 1});

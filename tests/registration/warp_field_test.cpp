@@ -196,6 +196,7 @@ TEST_CASE("what is out of reach of all nodes moves with the nearest") {
   CHECK((field.at(Eigen::Vector3d{50, 0, 0}) - Eigen::Vector3d{50, 0, 10}).norm() < 1e-12);
   const warp_field<double, dynamic> nothing;
   CHECK(nothing.at(Eigen::VectorXd::Ones(3)) == Eigen::VectorXd::Ones(3));
+  CHECK(nothing.inverse_at(Eigen::VectorXd::Ones(3)).value() == Eigen::VectorXd::Ones(3));
   CHECK(nothing.normal_at(Eigen::VectorXd::Ones(3), Eigen::VectorXd::Ones(3)) ==
         Eigen::VectorXd::Ones(3));
   CHECK(identity_field(deformation_graph<double, 3>{}).size() == 0);
@@ -209,6 +210,8 @@ TEST_CASE("fields refuse points and motions of other sizes") {
       field.set_node(0, identity_transform<run_time_transform<double, Eigen::Isometry>>(3)),
       invalid_input);
   CHECK_THROWS_AS((void)moved_points(field, test::random_points<test::dx>(19, 7)), invalid_input);
+  CHECK_THROWS_AS((void)field.at_node(-1), invalid_input);
+  CHECK_THROWS_AS((void)field.at_node(field.graph().nodes().size()), invalid_input);
   point_cloud<double, dynamic> other{.points = Eigen::MatrixXd::Zero(3, 5)};
   CHECK_THROWS_AS((void)warp(other, field), invalid_input);
   const auto flat = test::random_points<test::space<double, 3>>(20, 8);

@@ -324,3 +324,9 @@ TEST_CASE("a box without a smaller one is a shell, and simplifies to few pieces"
   CHECK(whole.piece_count() == 1);
   CHECK(whole.volume() == doctest::Approx(27));
 }
+
+TEST_CASE("a region without a dimension has no complement") {
+  const space_region<dynamic> nowhere;
+  CHECK_THROWS_AS((void)~nowhere, invalid_input);
+  CHECK_THROWS_AS((void)~space_region<dynamic>{convex_hull(Eigen::MatrixXd{})}, invalid_input);
+}

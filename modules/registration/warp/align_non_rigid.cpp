@@ -61,7 +61,8 @@ std::vector<non_rigid_level> levels_of(const non_rigid_options& options, double 
   for (int k = steps; k >= 0; --k) {
     const double ratio = steps > 0 ? std::pow(first / last, double(k) / double(steps)) : 1;
     const double scale = last * ratio;
-    levels.push_back({scale, options.stiffness * ratio * ratio, std::min(farthest, 3 * scale),
+    levels.push_back({scale, std::min(options.stiffness * ratio * ratio, most_stiffness),
+                      std::min(farthest, 3 * scale),
                       k > 0 ? std::max(tolerance, scale / 10) : tolerance, ratio > coarse_from,
                       k == 0});
   }
@@ -72,7 +73,7 @@ void expect_valid(const non_rigid_options& o, bool is_rigid) {
   constexpr double most = std::numeric_limits<double>::max();
   expects(o.spacing > 0 && o.spacing <= most,
           "align_non_rigid: .spacing, the distance between nodes, must be positive and finite");
-  expects(o.max_distance > 0, "align_non_rigid: max_distance must be positive");
+  expects(o.max_distance > 0, "align_non_rigid: .max_distance must be positive");
   expect_between(0, o.kernel_scale, most, "align_non_rigid: kernel_scale");
   expect_between(0, o.point_weight, most, "align_non_rigid: point_weight");
   expect_between(0, o.tolerance, most, "align_non_rigid: tolerance");
@@ -156,11 +157,11 @@ class non_rigid_loop {
  public:
   non_rigid_loop(const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target,
                  const non_rigid_options& options)
-      : source_{source}, target_{target}, options_{options} {}
+      : source_{source}, target_{target}, options_{options}, extent_{extent()} {}
 
   closed_non_rigid_result<S, D> run() {
     const double farthest = std::min(
-        std::isfinite(options_.max_distance) ? options_.max_distance : farthest_pair(), extent());
+        std::isfinite(options_.max_distance) ? options_.max_distance : farthest_pair(), extent_);
     const auto levels = levels_of(options_, farthest);
     for (std::size_t k = 0; k < levels.size(); ++k) {
       task_monitor monitor{{}, options_.monitor.stop};
@@ -215,8 +216,10 @@ class non_rigid_loop {
   /// Coarse levels have fewer points and nodes; the last one has all nodes.
   void enter_stage(const non_rigid_level& level, double farthest) {
     const double spacing = options_.spacing * (level.is_coarse ? 2 : 1);
-    auto moving = moving_part<S, D>(source_.points, options_,
-                                    spacing * (level.is_last ? last_cell : early_cell));
+    // However wide the spacing, the shape of the source must remain.
+    const double cell = std::min(spacing * (level.is_last ? last_cell : early_cell),
+                                 extent_ * (level.is_last ? 1.0 / 128 : 1.0 / 64));
+    auto moving = moving_part<S, D>(source_.points, options_, cell);
     // Where little can be left out, all take part from the beginning.
     if (3 * moving.points.cols() > 2 * source_.points.size())
       moving = moving_part<S, D>(source_.points, options_, 0);
@@ -344,6 +347,7 @@ class non_rigid_loop {
 
   oriented_points_view<S, D> source_, target_;
   const non_rigid_options& options_;
+  double extent_;
   std::unique_ptr<non_rigid_stage<S, D>> stage_;
   std::optional<estimator_type> estimator_;
   std::optional<deformation_graph<S, D>> whole_graph_;
@@ -359,8 +363,10 @@ closed_non_rigid_result<S, D> align_by_levels(const oriented_points_view<S, D>& 
                                               const non_rigid_options& options) {
   expect_valid(options, RigidMap<transform_of<Motion, double, D>>);
   for (const auto& [s, t] : options.landmarks)
-    expects(0 <= s && s < source.points.size() && 0 <= t && t < target.points.size(),
-            "align_non_rigid: a landmark is not among the points");
+    expects(
+        0 <= s && s < source.points.size() && 0 <= t && t < target.points.size(),
+        "align_non_rigid: a landmark is not among the points: its first number is of the source, "
+        "its second of the target");
   for (const auto& [s, t] : options.landmarks)
     expects(is_finite(source.points[s]) && is_finite(target.points[t]),
             "align_non_rigid: a landmark is not finite");

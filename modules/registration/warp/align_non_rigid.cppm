@@ -133,9 +133,9 @@ export template <MotionModel Motion = rigid_motion, PointsSource A, PointsSource
 
 /// Refused by the compiler with a sentence: source and target must have the same scalar and
 /// dimension.
-export template <class Motion = rigid_motion, PointsSource A, PointsSource B, class... More>
+export template <class Motion = rigid_motion, PointsSource A, PointsSource B>
   requires(!std::same_as<points_view_of<A>, points_view_of<B>>)
-void align_non_rigid(const A&, const B&, More&&...) {
+void align_non_rigid(const A&, const B&, const non_rigid_options&) {
   static_assert(std::same_as<points_view_of<A>, points_view_of<B>>,
                 "align_non_rigid: source and target must have the same scalar and dimension; cast "
                 "one of them, as by cast<double>(cloud)");

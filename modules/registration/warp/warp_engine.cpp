@@ -11,7 +11,7 @@ namespace cilantro {
 
 void expect_valid(const warp_options& options, bool is_rigid) {
   constexpr double most = std::numeric_limits<double>::max();
-  expect_between(0, options.stiffness, most, "warp_options: stiffness");
+  expect_between(0, options.stiffness, most_stiffness, "warp_options: stiffness");
   expect_between(0, options.rigidity, most, "warp_options: rigidity");
   expects(!is_rigid || options.rigidity == 0,
           "warp_options: rigid motions need no .rigidity, which is for those that may deform");

@@ -25,11 +25,14 @@ export enum class warp_regularizer {
   increments,
 };
 
+/// Beyond it, rounding would hide what moves all nodes together.
+inline constexpr double most_stiffness = 1e9;
+
 /// Options of a `warp_estimator`.
 export struct warp_options {
   /// How much the mean squared disagreement of linked nodes counts, relative to the mean squared
   /// residual of the source points. It has no unit, and depends neither on the number of points nor
-  /// on that of nodes. Not negative.
+  /// on that of nodes. From 0 to 10⁹.
   double stiffness = 1;
   robust_kernel robust = {};  ///< Of the length of residuals, on top of those of the metric.
   /// Of the disagreement of linked nodes, in the units of the points. Not with

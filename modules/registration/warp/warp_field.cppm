@@ -202,22 +202,26 @@ class warp_field {
   }
   /// The point that `at` moves to `place`; nothing if none is found, as where the field folds.
   [[nodiscard]] std::optional<point_vector<S, D>> inverse_at(const point_ref<S, D>& place) const {
-    if (!is_finite(place) || graph_.nodes().empty()) return std::nullopt;
+    if (!is_finite(place)) return std::nullopt;
+    if (graph_.nodes().empty()) return point_vector<S, D>{place};
     const auto found = invert_field<S, C>(graph_.data(), motions_, place.template cast<double>());
     if (!found) return std::nullopt;
     return point_vector<S, D>{found->template cast<S>()};
   }
 
-  /// The motion of node k, as a map of points. Precondition: 0 <= k < graph().nodes().size().
+  /// The motion of node k, as a map of points. Throws `invalid_input` unless 0 <= k <
+  /// graph().nodes().size().
   [[nodiscard]] transform_type at_node(index_t k) const {
+    expect_node(k);
     const vector node = graph_.data().nodes.col(k).template cast<double>();
     return make_transform<transform_type>(
         motions_.linear_of(k),
         (node + motions_.shifts.col(k) - motions_.linear_of(k) * node).eval());
   }
-  /// Gives node k a motion. Precondition: 0 <= k < graph().nodes().size(). Throws `invalid_input`
-  /// for one of another dimension.
+  /// Gives node k a motion. Throws `invalid_input` unless 0 <= k < graph().nodes().size(), and for
+  /// a motion of another dimension.
   void set_node(index_t k, const transform_type& motion) {
+    expect_node(k);
     expect_coordinates(index_t(motion.translation().size()), dimension());
     const vector node = graph_.data().nodes.col(k).template cast<double>();
     motions_.linear_of(k) = motion.linear();
@@ -233,6 +237,9 @@ class warp_field {
   using blend = blended<S, C>;
   using vector = point_vector<double, C>;
 
+  void expect_node(index_t k) const {
+    expects(0 <= k && k < graph_.nodes().size(), "warp_field: there is no such node");
+  }
   [[nodiscard]] point_anchors anchors_near(const point_ref<S, D>& p) const {
     expects(graph_.nodes().empty() || p.size() == dimension(),
             "warp_field: the point is of another dimension");

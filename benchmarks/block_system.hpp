@@ -123,3 +123,23 @@ struct block_system {
       }
   }
 };
+
+/// Factorises and solves it again and again. Each program has its own.
+void block_system_of(benchmark::State& state, int nodes);
+
+namespace {
+
+void block_system_of_825_nodes(benchmark::State& state) {
+  block_system_of(state, 825);
+}
+CILANTRO_BENCHMARK(block_system_of_825_nodes);
+void block_system_of_1752_nodes(benchmark::State& state) {
+  block_system_of(state, 1752);
+}
+CILANTRO_BENCHMARK(block_system_of_1752_nodes);
+void block_system_of_6627_nodes(benchmark::State& state) {
+  block_system_of(state, 6627);
+}
+CILANTRO_BENCHMARK(block_system_of_6627_nodes);
+
+}  // namespace

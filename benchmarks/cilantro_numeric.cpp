@@ -9,8 +9,6 @@
 import cilantro;
 using namespace cilantro;
 
-namespace {
-
 /// A step of a loop that keeps its pattern.
 void block_system_of(benchmark::State& state, int nodes) {
   const block_system system{nodes};
@@ -33,17 +31,3 @@ void block_system_of(benchmark::State& state, int nodes) {
   }
   system.report(state, x.data());
 }
-void block_system_of_825_nodes(benchmark::State& state) {
-  block_system_of(state, 825);
-}
-CILANTRO_BENCHMARK(block_system_of_825_nodes);
-void block_system_of_1752_nodes(benchmark::State& state) {
-  block_system_of(state, 1752);
-}
-CILANTRO_BENCHMARK(block_system_of_1752_nodes);
-void block_system_of_6627_nodes(benchmark::State& state) {
-  block_system_of(state, 6627);
-}
-CILANTRO_BENCHMARK(block_system_of_6627_nodes);
-
-}  // namespace

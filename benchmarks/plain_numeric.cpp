@@ -7,8 +7,6 @@
 #include "block_system.hpp"
 #include "common.hpp"
 
-namespace {
-
 void block_system_of(benchmark::State& state, int nodes) {
   const block_system system{nodes};
   constexpr int block = block_system::block;
@@ -33,17 +31,3 @@ void block_system_of(benchmark::State& state, int nodes) {
   }
   system.report(state, x.data());
 }
-void block_system_of_825_nodes(benchmark::State& state) {
-  block_system_of(state, 825);
-}
-CILANTRO_BENCHMARK(block_system_of_825_nodes);
-void block_system_of_1752_nodes(benchmark::State& state) {
-  block_system_of(state, 1752);
-}
-CILANTRO_BENCHMARK(block_system_of_1752_nodes);
-void block_system_of_6627_nodes(benchmark::State& state) {
-  block_system_of(state, 6627);
-}
-CILANTRO_BENCHMARK(block_system_of_6627_nodes);
-
-}  // namespace

@@ -103,6 +103,15 @@ struct pair_totals {
   /// metric that trusts some pairs less.
   double seen = 0;
   double squared_residual = 0, squared_distance = 0;
+
+  pair_totals& operator+=(const pair_totals& other) {
+    pairs += other.pairs;
+    weight += other.weight;
+    seen += other.seen;
+    squared_residual += other.squared_residual;
+    squared_distance += other.squared_distance;
+    return *this;
+  }
 };
 
 /// The weighted sums that all estimators need, around the centre of the target.
@@ -115,11 +124,7 @@ struct place_sums : pair_totals {
       : place{point_vector<double, D>::Zero(dimension)},
         spread{Eigen::Matrix<double, D, D>::Zero(dimension, dimension)} {}
   place_sums& operator+=(const place_sums& other) {
-    pairs += other.pairs;
-    weight += other.weight;
-    seen += other.seen;
-    squared_residual += other.squared_residual;
-    squared_distance += other.squared_distance;
+    pair_totals::operator+=(other);
     place += other.place;
     spread += other.spread;
     return *this;

@@ -325,6 +325,14 @@ inline void expect_weight(double weight) {
                         ", from its term, its pair weight or its robust kernel"};
 }
 
+/// The length of a term's residual for a pair, by which its kernel weights it.
+template <int D, class Term>
+[[nodiscard]] double residual_length(const Term& term, const matched_pair<D>& pair) {
+  double square = 0;
+  term(pair, [&](double value, const auto&...) { square += value * value; });
+  return std::sqrt(square);
+}
+
 /// The rows of one term for one pair, as `weighted_rows` says.
 template <int D, class Term, class Pairs, class Kernel, class Emit>
 void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel& robust,
@@ -332,11 +340,9 @@ void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel
   using vector = point_vector<double, D>;
   weight *= double(evaluate_pair<double>(by, pair.source_index, pair.target_index, distance));
   if constexpr (!std::same_as<Kernel, unit_weight>) {
-    double square = 0;
-    term(pair, [&](double value, const vector&, const auto&...) { square += value * value; });
-    if (!std::isfinite(square)) return;
-    weight *= double(
-        evaluate_pair<double>(robust, pair.source_index, pair.target_index, std::sqrt(square)));
+    const double length = residual_length(term, pair);
+    if (!std::isfinite(length)) return;
+    weight *= double(evaluate_pair<double>(robust, pair.source_index, pair.target_index, length));
   }
   expect_weight(weight);
   if (weight == 0) return;

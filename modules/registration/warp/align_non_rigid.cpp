@@ -226,12 +226,9 @@ class non_rigid_loop {
     estimator_.reset();
     stage_ = std::make_unique<non_rigid_stage<S, D>>();
     stage_->moving = std::move(moving);
-    const deformation_graph_options how{.spacing = spacing,
-                                        .anchors = options_.anchors,
-                                        .links = options_.links,
-                                        .threads = options_.threads};
-    stage_->graph =
-        level.is_last ? graph_of_last_level() : deformation_graph<S, D>{stage_->moving.points, how};
+    stage_->graph = level.is_last
+                        ? graph_of_last_level()
+                        : deformation_graph<S, D>{stage_->moving.points, nodes_by(spacing)};
     stage_->searcher.emplace(
         as_points(stage_->moving.points), target_.points,
         correspondence_options{.max_distance = farthest, .threads = options_.threads},
@@ -239,19 +236,19 @@ class non_rigid_loop {
     field_ = resample(field_, stage_->graph);
   }
 
+  [[nodiscard]] deformation_graph_options nodes_by(double spacing) const {
+    return {.spacing = spacing,
+            .anchors = options_.anchors,
+            .links = options_.links,
+            .threads = options_.threads};
+  }
   /// The nodes are those of all points, whichever take part.
   deformation_graph<S, D> graph_of_last_level() {
     if (stage_->moving.points.cols() == source_.points.size()) return whole_graph();
-    return {stage_->moving.points,
-            nodes_at<S, D>{whole_graph().nodes()},
-            {.anchors = options_.anchors, .links = options_.links, .threads = options_.threads}};
+    return {stage_->moving.points, nodes_at<S, D>{whole_graph().nodes()}, nodes_by(0)};
   }
   const deformation_graph<S, D>& whole_graph() {
-    if (!whole_graph_)
-      whole_graph_.emplace(source_.points, deformation_graph_options{.spacing = options_.spacing,
-                                                                     .anchors = options_.anchors,
-                                                                     .links = options_.links,
-                                                                     .threads = options_.threads});
+    if (!whole_graph_) whole_graph_.emplace(source_.points, nodes_by(options_.spacing));
     return *whole_graph_;
   }
 

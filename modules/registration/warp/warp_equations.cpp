@@ -140,10 +140,7 @@ const warp_sums& warp_equations::sum(const std::function<void(index_t, row_buffe
       const index_t n = std::ssize(lists_[i]);
       rows.reset(n * u);
       write(i, rows);
-      totals.pairs += rows.totals.pairs;
-      totals.weight += rows.totals.weight;
-      totals.squared_residual += rows.totals.squared_residual;
-      totals.squared_distance += rows.totals.squared_distance;
+      totals += rows.totals;
       if (rows.count() == 0) continue;
       sums.has_rows[i] = 1;
       const index_t width = rows.width();
@@ -170,10 +167,7 @@ const warp_sums& warp_equations::sum(const std::function<void(index_t, row_buffe
 
   for (const auto& [energy, totals] : partials) {
     sums.energy += energy;
-    sums.totals.pairs += totals.pairs;
-    sums.totals.weight += totals.weight;
-    sums.totals.squared_residual += totals.squared_residual;
-    sums.totals.squared_distance += totals.squared_distance;
+    sums.totals += totals;
   }
   const auto gather = [&](const scattered& from, const buffer<double>& parts, index_t size,
                           std::vector<double>& out) {

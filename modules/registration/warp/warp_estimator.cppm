@@ -51,10 +51,8 @@ template <int D, class Term, class Pairs, class Kernel>
                                     const matched_pair<D>& pair, double distance) {
   weight *= double(evaluate_pair<double>(by, pair.source_index, pair.target_index, distance));
   if (weight != 0 && (!std::same_as<Kernel, unit_weight> || more)) {
-    double square = 0;
-    term(pair, [&](double value, const auto&...) { square += value * value; });
-    if (!std::isfinite(square)) return 0;
-    const double length = std::sqrt(square);
+    const double length = residual_length(term, pair);
+    if (!std::isfinite(length)) return 0;
     weight *= double(evaluate_pair<double>(robust, pair.source_index, pair.target_index, length)) *
               more(length);
   }

@@ -77,9 +77,7 @@ void move_group(const deformation_graph_data<S, D>& graph, const node_motions<D>
       const point_vector<double, D> p = points[indices[i]].template cast<double>();
       for (index_t k = 0; k < anchors; ++k) {
         const point_vector<double, D> node = graph.nodes.col(nodes[k]).template cast<double>();
-        point_vector<double, D> offset = motions.linear_of(nodes[k]).col(0) * (p[0] - node[0]);
-        for (index_t axis = 1; axis < d; ++axis)
-          offset += motions.linear_of(nodes[k]).col(axis) * (p[axis] - node[axis]);
+        const auto offset = blended<S, D>::offset_from(motions, nodes[k], node, p);
         place += own[k] * (offset + (node + motions.shifts.col(nodes[k])));
         if (with_offsets) std::copy_n(offset.data(), d, out.offsets.data() + (i * anchors + k) * d);
       }

@@ -39,6 +39,14 @@ struct blended {
   using matrix = Eigen::Matrix<double, D, D>;
   using vector = point_vector<double, D>;
 
+  /// linear · (p − node), in the order in which the kernel adds, so that both give the same bits.
+  static vector offset_from(const node_motions<D>& motions, std::int32_t k, const vector& node,
+                            const vector& p) {
+    vector offset = motions.linear_of(k).col(0) * (p[0] - node[0]);
+    for (index_t axis = 1; axis < p.size(); ++axis)
+      offset += motions.linear_of(k).col(axis) * (p[axis] - node[axis]);
+    return offset;
+  }
   /// Without nodes, a point stays.
   static vector place(const deformation_graph_data<S, D>& graph, const node_motions<D>& motions,
                       std::span<const std::int32_t> nodes, std::span<const double> weights,
@@ -48,10 +56,7 @@ struct blended {
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const vector node = graph.nodes.col(nodes[k]).template cast<double>();
       const vector after = node + motions.shifts.col(nodes[k]);
-      // In the order in which the kernel adds, so that both give the same bits.
-      vector offset = motions.linear_of(nodes[k]).col(0) * (p[0] - node[0]);
-      for (index_t axis = 1; axis < p.size(); ++axis)
-        offset += motions.linear_of(nodes[k]).col(axis) * (p[axis] - node[axis]);
+      const vector offset = offset_from(motions, nodes[k], node, p);
       sum += weights[k] * (offset + after);
     }
     return sum;
@@ -186,8 +191,8 @@ class warp_field {
                       mutable_points_view<S, C>{out}, how);
   }
 
-  /// Where any point goes, with the nodes nearest to it as its anchors. One that is not finite
-  /// stays. O(log nodes).
+  /// Where any point goes, with the nodes nearest in space as its anchors; out of their reach,
+  /// with the nearest alone. One that is not finite stays. O(log nodes).
   [[nodiscard]] point_vector<S, D> at(const point_ref<S, D>& p) const {
     const auto near = anchors_near(p);
     return blend::place(graph_.data(), motions_, near.nodes(), near.weights(),
@@ -296,8 +301,9 @@ export template <Scalar S, int D, MotionModel Motion>
 
 /// The cloud, bent by a field: points and normals are moved, and every attribute is kept. The
 /// points of the field's own graph have its anchors; any other cloud is moved by the nodes nearest
-/// to each of its points. Coordinates are those of the graph, relative to the cloud's origin;
-/// points that are not finite stay. Throws `invalid_input` for a cloud of another dimension.
+/// to each of its points, as `at` does. Coordinates are those of the graph: the cloud's origin says
+/// nothing, and is kept. Points that are not finite stay. Throws `invalid_input` for a cloud of
+/// another dimension.
 export template <Scalar S, int D, MotionModel Motion>
 [[nodiscard]] point_cloud<S, D> warp(point_cloud<S, D> cloud, const warp_field<S, D, Motion>& field,
                                      const execution& how = {}) {

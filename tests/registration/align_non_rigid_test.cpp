@@ -250,7 +250,7 @@ TEST_CASE("options that make no sense are refused") {
   refused({.spacing = 1, .landmark_weight = -1});
   refused({.spacing = 1, .tolerance = -1});
   refused({.spacing = 1, .threads = -1});
-  const Eigen::Matrix2Xd flat(2, 5);
+  const Eigen::Matrix2Xd flat = Eigen::Matrix2Xd::Random(2, 5);
   const Eigen::MatrixXd any_source = source.points, any_target = flat;
   CHECK_THROWS_AS((void)align_non_rigid(any_source, any_target, {.spacing = 1}), invalid_input);
 }

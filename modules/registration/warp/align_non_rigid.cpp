@@ -359,6 +359,9 @@ closed_non_rigid_result<S, D> align_by_levels(const oriented_points_view<S, D>& 
                                               const oriented_points_view<S, D>& target,
                                               const non_rigid_options& options) {
   expect_valid(options, RigidMap<transform_of<Motion, double, D>>);
+  expects(source.points.empty() || target.points.empty() ||
+              source.points.dimension() == target.points.dimension(),
+          "align_non_rigid: source and target must have the same dimension");
   for (const auto& [s, t] : options.landmarks)
     expects(
         0 <= s && s < source.points.size() && 0 <= t && t < target.points.size(),

@@ -111,7 +111,59 @@ const std::array<surface, 12> furniture{
     cylinder{{2.6, 1.9, 0}, 0.22, 0.6},
 };
 
+/// A curtain with folds that hangs before the wall and billows: x as a function of the place in the
+/// cloth, and a shift along y, both growing from the rail down.
+struct curtain {
+  static constexpr double left = -1.1, right = 1.3, rail = 2.3, length = 1.8;
+  double swing;
+
+  explicit curtain(double seconds) : swing{std::sin(seconds)} {}
+
+  [[nodiscard]] static double slack(double z) { return std::pow((rail - z) / length, 2); }
+  [[nodiscard]] static double slack_slope(double z) { return -2 * (rail - z) / (length * length); }
+  [[nodiscard]] double shift(double z) const { return 0.05 * swing * slack(z); }
+  [[nodiscard]] double x(double u, double z) const {
+    return 2.6 - 0.04 * std::sin(14 * u) - 0.2 * swing * slack(z) * (1 + 0.5 * std::sin(2 * u));
+  }
+  [[nodiscard]] Vector3d at(double u, double z) const { return {x(u, z), u + shift(z), z}; }
+  [[nodiscard]] Vector3d normal(double u, double z) const {
+    const double by_u = -0.56 * std::cos(14 * u) - 0.2 * swing * slack(z) * std::cos(2 * u);
+    const double by_z = -0.2 * swing * slack_slope(z) * (1 + 0.5 * std::sin(2 * u)) -
+                        by_u * 0.05 * swing * slack_slope(z);
+    return Vector3d{1, -by_u, -by_z}.normalized();
+  }
+
+  /// From the room, not along the cloth, where a ray would meet several folds.
+  [[nodiscard]] std::optional<hit> meet(const ray& r) const {
+    const auto reach = [&](double plane) { return (plane - r.origin.x()) / r.direction.x(); };
+    double before = reach(2.2), behind = reach(3);
+    if (!(0 < before && before < behind)) return std::nullopt;
+    const auto place = [&](double t) {
+      const Vector3d p = r.at(t);
+      return std::pair{p.y() - shift(p.z()), p.z()};
+    };
+    for (int halving = 0; halving < 50; ++halving) {
+      const double middle = (before + behind) / 2;
+      const auto [u, z] = place(middle);
+      (r.at(middle).x() < x(u, z) ? before : behind) = middle;
+    }
+    const auto [u, z] = place(before);
+    if (u < left || u > right || z < rail - length || z > rail) return std::nullopt;
+    return hit{before, normal(u, z)};
+  }
+};
+
 }  // namespace
+
+/// The number of the curtain among the objects of a frame.
+export constexpr std::int32_t curtain_object = std::int32_t(furniture.size());
+
+/// The truth: where the point of the curtain that is at `start` at 0 seconds, or the part of the
+/// room, is at another time.
+export [[nodiscard]] Vector3d moved_in_room(const Vector3d& start, std::int32_t object,
+                                            double seconds) {
+  return object == curtain_object ? curtain{seconds}.at(start.y(), start.z()) : start;
+}
 
 /// What one pose of the camera sees.
 export struct simulated_frame {
@@ -119,7 +171,8 @@ export struct simulated_frame {
   cilantro::image<std::uint16_t> depth;  ///< Millimetres along the optical axis; 0: nothing.
   Eigen::Matrix3Xd points;   ///< The truth: where the ray of each pixel ends, in the world.
   Eigen::Matrix3Xd normals;  ///< The truth: the surface there, turned to the camera.
-  std::vector<std::int32_t> objects;  ///< The truth: the number of the surface; 0 is the room.
+  /// The truth: the number of the surface; 0 is the room.
+  std::vector<std::int32_t> objects;
 };
 
 export struct simulation_options {
@@ -129,6 +182,8 @@ export struct simulation_options {
   /// distance.
   double noise = 0;
   double longest_range = 8;  ///< What is farther away has no depth, in metres.
+  /// When the frame is taken, in seconds, if there is a curtain before the wall, which billows.
+  std::optional<double> curtain_seconds = {};
   std::uint64_t seed = 0;
 };
 
@@ -176,6 +231,12 @@ export [[nodiscard]] simulated_frame simulate(int step, const simulation_options
       nearest = *found;
       frame.objects[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(s);
     }
+    if (options.curtain_seconds)
+      if (const auto found = curtain{*options.curtain_seconds}.meet(r);
+          found && found->distance < nearest.distance) {
+        nearest = *found;
+        frame.objects[static_cast<std::size_t>(i)] = curtain_object;
+      }
     frame.points.col(i) = r.at(nearest.distance);
     frame.normals.col(i) =
         nearest.normal.dot(r.direction) > 0 ? Vector3d{-nearest.normal} : nearest.normal;

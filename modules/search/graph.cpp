@@ -7,6 +7,8 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "core/closed_spaces.hpp"
 module cilantro.search;
 
 namespace cilantro {
@@ -111,6 +113,61 @@ neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count) 
   });
 }
 
+template <Scalar S, int D>
+neighborhoods<S> closed_edge_graph(points_view<S, D> points,
+                                   const Eigen::Ref<const Eigen::MatrixXi>& simplices,
+                                   const execution& how) {
+  expects(
+      simplices.size() == 0 || (0 <= simplices.minCoeff() && simplices.maxCoeff() < points.size()),
+      "edge_graph: an index is not one of a point");
+  const auto for_edges = [&](auto&& f) {
+    for (index_t m = 0; m < simplices.cols(); ++m)
+      for (index_t a = 0; a < simplices.rows(); ++a)
+        for (index_t b = 0; b < a; ++b) {
+          const std::int32_t i = simplices(b, m), j = simplices(a, m);
+          if (is_finite(points[i]) && is_finite(points[j])) f(i, j);
+        }
+  };
+  std::vector<index_t> offsets(static_cast<std::size_t>(points.size()) + 1);
+  for_edges([&](std::int32_t i, std::int32_t) { ++offsets[static_cast<std::size_t>(i) + 1]; });
+  for (std::size_t i = 1; i < offsets.size(); ++i) offsets[i] += offsets[i - 1];
+  buffer<std::int32_t> indices(static_cast<std::size_t>(offsets.back()));
+  buffer<S> distances(indices.size());
+  std::vector<index_t> next(offsets.begin(), offsets.end() - 1);
+  for_edges([&](std::int32_t i, std::int32_t j) {
+    const auto at = static_cast<std::size_t>(next[i]++);
+    indices[at] = j;
+    distances[at] = (points[i] - points[j]).norm();
+  });
+  return neighbor_graph(
+      neighborhoods<S>{std::move(offsets), std::move(indices), std::move(distances)},
+      {.threads = how.threads, .monitor = how.monitor});
+}
+
+template <Scalar S, int D>
+neighborhoods<S> closed_pixel_graph(points_view<S, D> points, const pixel_graph_options& options,
+                                    const execution& how) {
+  expects(options.max_distance >= 0, "pixel_graph: .max_distance must not be negative or NaN");
+  expects(options.width > 0 && points.size() % options.width == 0,
+          "pixel_graph: .width must be that of the picture, one point for each pixel");
+  const index_t width = options.width;
+  return gather_neighborhoods<S>(points.size(), how, [&] {
+    return [&](index_t i, std::vector<neighbor<S>>& out) {
+      out.clear();
+      if (!is_finite(points[i])) return;
+      const index_t column = i % width;
+      for (const index_t row : {i - width, i, i + width})
+        for (index_t side = column > 0 ? -1 : 0; side <= (column + 1 < width ? 1 : 0); ++side) {
+          const index_t j = row + side;
+          if (j < 0 || j >= points.size() || j == i || !is_finite(points[j])) continue;
+          const S distance = (points[i] - points[j]).norm();
+          if (double(distance) <= options.max_distance) out.push_back({j, distance});
+        }
+      std::ranges::sort(out, by_distance_then_index<S>);
+    };
+  });
+}
+
 #define CILANTRO_INSTANTIATE(S)                                                            \
   template void by_index<S>(const neighborhood<S>&, std::vector<neighbor<S>>&);            \
   template void expect_nodes<S>(const neighborhoods<S>&, const char*);                     \
@@ -119,6 +176,13 @@ neighborhoods<S> without_self(const neighborhoods<S>& found, index_t max_count) 
   template neighborhoods<S> without_self(const neighborhoods<S>&, index_t);
 CILANTRO_INSTANTIATE(float)
 CILANTRO_INSTANTIATE(double)
+#undef CILANTRO_INSTANTIATE
+#define CILANTRO_INSTANTIATE(S, D)                                                            \
+  template neighborhoods<S> closed_edge_graph(                                                \
+      points_view<S, D>, const Eigen::Ref<const Eigen::MatrixXi>&, const execution&);         \
+  template neighborhoods<S> closed_pixel_graph(points_view<S, D>, const pixel_graph_options&, \
+                                               const execution&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 
 }  // namespace cilantro

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+module;
+#include "core/closed_spaces.hpp"
 export module cilantro.search:graph;
 
 import cilantro.standard;
@@ -66,6 +68,47 @@ export template <PointsSource P>
   return neighbor_graph(tree, points, spec, options);
 }
 
+template <Scalar S, int D>
+neighborhoods<S> closed_edge_graph(points_view<S, D> points,
+                                   const Eigen::Ref<const Eigen::MatrixXi>& simplices,
+                                   const execution& how);
+
+/// The graph of the edges of simplices, such as the triangles of a mesh (`3 × M`, the indices of
+/// their points), tetrahedra (`4 × M`) or edges themselves (`2 × M`): both ways, each once, by
+/// ascending length. Edges of points that are not finite are left out. Throws `invalid_input` for
+/// an index that is not one of a point. O(N + M).
+export template <PointsSource P>
+[[nodiscard]] auto edge_graph(const P& points, const Eigen::Ref<const Eigen::MatrixXi>& simplices,
+                              const execution& how = {}) {
+  using S = scalar_of<P>;
+  constexpr int C = closed_dimension<dimension_of<P>>;
+  return closed_edge_graph<S, C>(points_view<S, C>{points_in(points)}, simplices, how);
+}
+
+/// Options of `pixel_graph`.
+export struct pixel_graph_options {
+  int width = 0;  ///< Of the picture, in pixels. Required: an organised cloud knows its own.
+  /// Longer edges are left out, in the units of the points: what lies before another surface is
+  /// not joined to it.
+  double max_distance = std::numeric_limits<double>::infinity();
+};
+
+template <Scalar S, int D>
+neighborhoods<S> closed_pixel_graph(points_view<S, D> points, const pixel_graph_options& options,
+                                    const execution& how);
+
+/// The graph that joins each point of a picture, whose points are its pixels, row by row, to those
+/// of the up to eight pixels around it, by ascending distance. Points that are not finite have no
+/// neighbours. Throws `invalid_input` if the rows are not full, or for a distance that is negative
+/// or NaN. O(N).
+export template <PointsSource P>
+[[nodiscard]] auto pixel_graph(const P& points, const pixel_graph_options& options,
+                               const execution& how = {}) {
+  using S = scalar_of<P>;
+  constexpr int C = closed_dimension<dimension_of<P>>;
+  return closed_pixel_graph<S, C>(points_view<S, C>{points_in(points)}, options, how);
+}
+
 /// The number of neighbours of each node.
 export template <Scalar S>
 [[nodiscard]] std::vector<index_t> degrees(const neighborhoods<S>& graph) {
@@ -122,5 +165,13 @@ export template <Scalar S>
 [[nodiscard]] graph_matrix<S> distance_matrix(const neighborhoods<S>& graph) {
   return pair_matrix(graph, distance_weight{});
 }
+
+#define CILANTRO_COMPILED_ELSEWHERE(S, D)                                             \
+  extern template neighborhoods<S> closed_edge_graph(                                 \
+      points_view<S, D>, const Eigen::Ref<const Eigen::MatrixXi>&, const execution&); \
+  extern template neighborhoods<S> closed_pixel_graph(                                \
+      points_view<S, D>, const pixel_graph_options&, const execution&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
+#undef CILANTRO_COMPILED_ELSEWHERE
 
 }  // namespace cilantro

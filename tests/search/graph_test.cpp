@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <utility>
 #include <vector>
@@ -136,4 +137,62 @@ TEST_CASE("graphs of nothing are empty, and foreign neighbors are refused") {
   const auto points = test::random_points<test::f2>(9);
   const kd_tree tree{points.leftCols(5)};
   CHECK_THROWS_AS((void)neighbor_graph(tree, points, knn{2}), invalid_input);
+}
+
+TEST_CASE_TEMPLATE("the edges of simplices go both ways, each once, with their lengths", T,
+                   ALL_SPACES) {
+  using S = typename T::scalar;
+  auto points = test::random_points<T>(40, 3);
+  points(0, 7) = test::nan<S>;
+  // Triangles that share edges, one that is twice there, and one that is hardly one.
+  Eigen::Matrix3Xi triangles(3, 40);
+  for (int t = 0; t < 38; ++t) triangles.col(t) << t, t + 1, t + 2;
+  triangles.col(38) = triangles.col(4);
+  triangles.col(39) << 20, 20, 30;
+  std::map<std::pair<index_t, index_t>, S> expected;
+  for (int t = 0; t < 40; ++t)
+    for (const int i : triangles.col(t))
+      for (const int j : triangles.col(t))
+        if (i != j && i != 7 && j != 7) expected[{i, j}] = (points.col(i) - points.col(j)).norm();
+  CHECK(edges_of(edge_graph(points, triangles)) == expected);
+  CHECK(edges_of(edge_graph(points, triangles, {.threads = 3})) == expected);
+
+  Eigen::Matrix<int, 2, 1> edge{3, 9};
+  CHECK(edges_of(edge_graph(points, edge)).size() == 2);
+  CHECK(edge_graph(points, Eigen::Matrix3Xi(3, 0)).total() == 0);
+  for (const int wrong : {-1, 40}) {
+    edge[1] = wrong;
+    CHECK_THROWS_AS((void)edge_graph(points, edge), invalid_input);
+  }
+}
+
+TEST_CASE_TEMPLATE("pixels are joined to those around them, but not across a jump", T, ALL_SPACES) {
+  using S = typename T::scalar;
+  constexpr index_t width = 7, height = 5;
+  auto points = test::random_points<T>(width * height, 4);
+  points(1, 11) = test::infinity<S>;
+  const double most = 1;
+  std::map<std::pair<index_t, index_t>, S> all, near;
+  for (index_t i = 0; i < points.cols(); ++i)
+    for (index_t j = 0; j < points.cols(); ++j) {
+      const bool is_beside = std::abs(i % width - j % width) <= 1 &&
+                             std::abs(i / width - j / width) <= 1 && i != j && i != 11 && j != 11;
+      if (!is_beside) continue;
+      const S distance = (points.col(i) - points.col(j)).norm();
+      all[{i, j}] = distance;
+      if (double(distance) <= most) near[{i, j}] = distance;
+    }
+  CHECK(near.size() < all.size());
+  CHECK(near.size() > 10);
+  CHECK(edges_of(pixel_graph(points, {.width = int(width)})) == all);
+  CHECK(edges_of(pixel_graph(points, {.width = int(width), .max_distance = most})) == near);
+  CHECK(edges_of(pixel_graph(points, {.width = int(width)}, {.threads = 3})) == all);
+
+  CHECK(edges_of(pixel_graph(points, {.width = width * height})).size() == 2 * (34 - 2));
+  CHECK_THROWS_AS((void)pixel_graph(points, {}), invalid_input);
+  CHECK_THROWS_AS((void)pixel_graph(points, {.width = 6}), invalid_input);
+  CHECK_THROWS_AS((void)pixel_graph(points, {.width = 7, .max_distance = -1}), invalid_input);
+  CHECK_THROWS_AS((void)pixel_graph(points, {.width = 7, .max_distance = test::nan<double>}),
+                  invalid_input);
+  CHECK(pixel_graph(points.leftCols(0), {.width = 7}).size() == 0);
 }

@@ -198,14 +198,18 @@ template <Scalar S, int D>
 nearest_neighbor_engine<S, D>::nearest_neighbor_engine(points_view<S, D> source,
                                                        points_view<S, D> target,
                                                        const correspondence_options& options,
-                                                       const task_monitor& monitor)
+                                                       const task_monitor& monitor,
+                                                       const nearest_neighbor_engine* same_target)
     : target_{target}, source_{source}, options_{options} {
   expect_valid(options);
   expects(target.empty() || source.empty() || target.dimension() == source.dimension(),
           "nearest_neighbor_searcher: target and source must have the same dimension");
   if (target.empty() || source.empty()) return;
   const kd_tree_options how{.threads = options.threads, .monitor = in_passes(monitor, 2)};
-  if (D != dynamic || options.reciprocal || options.direction != search_direction::target_to_source)
+  if (same_target && same_target->target_tree_)
+    target_tree_ = same_target->target_tree_;
+  else if (D != dynamic || options.reciprocal ||
+           options.direction != search_direction::target_to_source)
     target_tree_.emplace(target, how);
   if (D != dynamic || options.reciprocal || options.direction != search_direction::source_to_target)
     source_tree_.emplace(source, how);

@@ -37,8 +37,10 @@ struct nearest_neighbor_memory {
 template <Scalar S, int D>
 class nearest_neighbor_engine {
  public:
+  /// `same_target`: another engine of this target, whose tree of it is shared.
   nearest_neighbor_engine(points_view<S, D> source, points_view<S, D> target,
-                          const correspondence_options& options, const task_monitor& monitor);
+                          const correspondence_options& options, const task_monitor& monitor,
+                          const nearest_neighbor_engine* same_target = nullptr);
   [[nodiscard]] int threads() const { return options_.threads; }
   /// `is_rigid`: whether the type of the transform is a rigid one.
   void find(const affine_parts<S, D>& transform, bool is_rigid, nearest_neighbor_memory<S>& memory,

@@ -121,7 +121,8 @@ template <Scalar S, int D>
 struct non_rigid_searcher {
   using memory = nearest_neighbor_memory<S>;
 
-  const nearest_neighbor_searcher<S, D>* nearest;
+  const nearest_neighbor_engine<S, D>* nearest;
+  points_view<S, D> source;
   const correspondences<S>* landmarks;
   S limit;
 
@@ -132,7 +133,8 @@ struct non_rigid_searcher {
   }
   template <class T>
   void find(const T& field, memory& known, correspondences<S>& pairs) const {
-    nearest->find(field, known, pairs);
+    const auto moved = moved_points(field, source, {.threads = nearest->threads()});
+    nearest->find(as_points(moved), known, pairs);
     std::erase_if(pairs, [&](const auto& pair) { return pair.distance > limit; });
     if (landmarks->empty()) return;
     pairs.insert(pairs.end(), landmarks->begin(), landmarks->end());
@@ -147,7 +149,7 @@ template <Scalar S, int D>
 struct non_rigid_stage {
   moving_points<S, D> moving;
   deformation_graph<S, D> graph;
-  std::optional<nearest_neighbor_searcher<S, D>> searcher;
+  std::optional<nearest_neighbor_engine<S, D>> nearest;
   nearest_neighbor_memory<S> nearest_memory;
   warp_memory estimator_memory;
 };
@@ -184,10 +186,22 @@ class non_rigid_loop {
 
  private:
   using field_type = warp_field<S, D, Motion>;
-  using metric_type = combined_metric<weighted_term<point_to_point, weight_of_found, robust_kernel>,
-                                      weighted_term<point_to_plane, weight_of_found, robust_kernel>,
+  using metric_type = combined_metric<weighted_term<point_to_point, weight_of_found, welsch>,
+                                      weighted_term<point_to_plane, weight_of_found, welsch>,
                                       weighted_term<point_to_point, weight_of_landmarks>>;
   using estimator_type = warp_estimator<S, D, metric_type, Motion>;
+
+  /// The estimator of a stage, which leaves what it finds in the memory of the stage.
+  struct stage_estimator {
+    using transform_type = field_type;
+    const estimator_type& estimator;
+    warp_memory& known;
+
+    [[nodiscard]] registration_step<field_type> estimate(
+        const field_type& current, std::span<const correspondence<S>> pairs) const {
+      return estimator.estimate(current, pairs, known);
+    }
+  };
 
   double farthest_pair() {
     const nearest_neighbor_searcher<S, D> searcher{source_, target_, {.threads = options_.threads}};
@@ -224,15 +238,15 @@ class non_rigid_loop {
     if (3 * moving.points.cols() > 2 * source_.points.size())
       moving = moving_part<S, D>(source_.points, options_, 0);
     estimator_.reset();
-    stage_ = std::make_unique<non_rigid_stage<S, D>>();
+    const auto last = std::exchange(stage_, std::make_unique<non_rigid_stage<S, D>>());
     stage_->moving = std::move(moving);
     stage_->graph = level.is_last
                         ? graph_of_last_level()
                         : deformation_graph<S, D>{stage_->moving.points, nodes_by(spacing)};
-    stage_->searcher.emplace(
+    stage_->nearest.emplace(
         as_points(stage_->moving.points), target_.points,
         correspondence_options{.max_distance = farthest, .threads = options_.threads},
-        task_monitor{{}, options_.monitor.stop});
+        task_monitor{{}, options_.monitor.stop}, last ? &*last->nearest : nullptr);
     field_ = resample(field_, stage_->graph);
   }
 
@@ -259,7 +273,7 @@ class non_rigid_loop {
     is_coarse_ = level.is_coarse;
     is_last_ = level.is_last;
     const auto& moving = stage_->moving;
-    const robust_kernel kernel = welsch{level.kernel_scale};
+    const welsch kernel{level.kernel_scale};
     const double landmark_weight = moving.landmarks.empty()
                                        ? 0
                                        : options_.landmark_weight * double(moving.points.cols()) /
@@ -279,8 +293,8 @@ class non_rigid_loop {
     } else {
       estimator_ = estimator_->with(metric, bending);
     }
-    const non_rigid_searcher<S, D> searcher{&*stage_->searcher, &moving.landmarks,
-                                            static_cast<S>(level.max_distance)};
+    const non_rigid_searcher<S, D> searcher{&*stage_->nearest, as_points(moving.points),
+                                            &moving.landmarks, static_cast<S>(level.max_distance)};
     if (!level.is_last) return approach(level, searcher, monitor);
 
     icp_options<field_type> how{.max_iterations = options_.max_iterations,
@@ -291,7 +305,7 @@ class non_rigid_loop {
       how.observer = [&](const icp_iteration<field_type>& now) {
         observe(level, iterations_ + now.number, now.change, now.fit);
       };
-    auto found = icp(searcher, *estimator_, field_, how);
+    auto found = icp(searcher, stage_estimator{*estimator_, stage_->estimator_memory}, field_, how);
     // Stopped before it looked at anything: then the figures are those of the level before.
     if (found.status == icp_status::cancelled && found.pairs == 0) throw cancelled{};
     field_ = std::move(found.transform);
@@ -299,9 +313,7 @@ class non_rigid_loop {
     result_.status = found.status;
     iterations_ += found.iterations;
     result_.last_change = found.last_change;
-    correspondences<S> pairs;
-    searcher.find(field_, pairs);
-    auto energy = estimator_->assess(field_, pairs);
+    auto& energy = stage_->estimator_memory.energy;
     result_.energy = energy.total();
     result_.unsupported_nodes = std::move(energy.unsupported_nodes);
   }

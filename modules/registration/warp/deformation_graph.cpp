@@ -8,6 +8,7 @@ module;
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <queue>
 #include <span>
 #include <string>
@@ -209,18 +210,28 @@ struct anchor_table {
 
 /// Puts points with the same anchors together. O(N log N).
 template <Scalar S, int D>
-void make_groups(deformation_graph_data<S, D>& graph, const anchor_table& anchors) {
+void make_groups(deformation_graph_data<S, D>& graph, const anchor_table& anchors, int threads) {
   const auto points = static_cast<std::size_t>(graph.points.cols());
-  for (std::int32_t i = 0; i < graph.points.cols(); ++i)
-    if (anchors.nodes_of(i)[0] >= 0) graph.order.push_back(i);
   const auto compare = [&](std::int32_t a, std::int32_t b) {
     const auto of_a = anchors.nodes_of(a), of_b = anchors.nodes_of(b);
     return std::lexicographical_compare_three_way(of_a.begin(), of_a.end(), of_b.begin(),
                                                   of_b.end());
   };
-  std::ranges::sort(graph.order, [&](std::int32_t a, std::int32_t b) {
-    const auto order = compare(a, b);
-    return order != 0 ? order < 0 : a < b;
+  // By the first node with counts, and then those of each node among themselves.
+  std::vector<index_t> begins(static_cast<std::size_t>(graph.nodes.cols()) + 2, 0);
+  for (std::int32_t i = 0; i < graph.points.cols(); ++i) ++begins[anchors.nodes_of(i)[0] + 2];
+  begins[1] = 0;  // Points without a node are in no group.
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  graph.order.resize(static_cast<std::size_t>(begins.back()));
+  auto next = begins;
+  for (std::int32_t i = 0; i < graph.points.cols(); ++i)
+    if (const auto first = anchors.nodes_of(i)[0]; first >= 0) graph.order[next[first + 1]++] = i;
+  parallel_for(graph.nodes.cols(), {.threads = threads}, [&](index_t node) {
+    std::ranges::sort(graph.order.begin() + begins[node + 1],
+                      graph.order.begin() + begins[node + 2], [&](std::int32_t a, std::int32_t b) {
+                        const auto order = compare(a, b);
+                        return order != 0 ? order < 0 : a < b;
+                      });
   });
   const index_t n = std::ssize(graph.order), k = graph.anchors_per_point;
   graph.weights.resize(static_cast<std::size_t>(n * k));
@@ -316,12 +327,12 @@ std::shared_ptr<const deformation_graph_data<S, D>> build(
         anchors.set(i, anchors_among(near_nodes_of(near[i]), k, graph->reach));
       });
     }
-    make_groups(*graph, anchors);
+    make_groups(*graph, anchors, options.threads);
     graph->links = connections ? links_by_groups(*graph)
                                : links_of(neighbor_graph(*graph->tree, view, options.links,
                                                          {.threads = options.threads}));
   } else {
-    make_groups(*graph, anchors);
+    make_groups(*graph, anchors, options.threads);
   }
   return graph;
 }

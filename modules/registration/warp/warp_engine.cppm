@@ -80,8 +80,20 @@ struct link_weights {
   std::vector<double> forward, backward;
 };
 
+/// What a `warp_estimator` makes small, in squared units of the points.
+export struct warp_energy {
+  double residuals = 0;     ///< Σ w r² / N.
+  double disagreement = 0;  ///< stiffness · Σ ω ‖e‖² / L, and what `rigidity` adds.
+  /// The nodes that no pair reaches.
+  index_list unsupported_nodes;
+
+  /// The sum of both.
+  [[nodiscard]] double total() const { return residuals + disagreement; }
+};
+
 /// What an estimator keeps from one step to the next, so that memory is allocated once.
 struct warp_memory {
+  warp_energy energy;  ///< Of the field before the last step.
   equation_memory equations;
   link_weights links;
   /// By list of pairs: the weights of each pair in each term, and where the pairs of each source

@@ -33,17 +33,6 @@ template <Scalar S>
   return {pairs, first};
 }
 
-/// What a `warp_estimator` makes small, in squared units of the points.
-export struct warp_energy {
-  double residuals = 0;     ///< Σ w r² / N.
-  double disagreement = 0;  ///< stiffness · Σ ω ‖e‖² / L, and what `rigidity` adds.
-  /// The nodes that no pair reaches.
-  index_list unsupported_nodes;
-
-  /// The sum of both.
-  [[nodiscard]] double total() const { return residuals + disagreement; }
-};
-
 /// The weight of a term for a pair, of all its factors and kernels.
 template <int D, class Term, class Pairs, class Kernel>
 [[nodiscard]] double weight_of_term(const Term& term, double weight, const Pairs& by,
@@ -250,6 +239,7 @@ class warp_estimator {
       const std::array<std::span<const correspondence<S>>, Lists>& all, memory& known) const {
     const auto pairs = prepare(current, all, known);
     registration_step<transform_type> result{current, {}, {}};
+    known.energy = {};
     auto& fit = result.fit;
     fit.non_finite = surfaces_.non_finite;
     fit.unknowns = Motion::unknowns(surfaces_.dimension) * graph_.nodes().size();
@@ -270,6 +260,7 @@ class warp_estimator {
     fit.residual = std::sqrt(share(totals.squared_residual, totals.weight));
     fit.undetermined =
         std::ssize(step.before.unsupported_nodes) * Motion::unknowns(surfaces_.dimension);
+    known.energy = energy_of(step.before);
     result.change = step.change;
     result.transform.motions() = std::move(step.motions);
     return result;
@@ -281,12 +272,14 @@ class warp_estimator {
     memory known;
     const auto pairs = prepare(current, all, known);
     if (graph_.nodes().empty() || engine_->points() == 0) return {};
-    auto found = engine_->assess(
+    return energy_of(engine_->assess(
         current.motions(),
         [&](index_t list, row_buffer& rows) { write_rows(current.motions(), list, pairs, rows); },
-        known);
+        known));
+  }
+  [[nodiscard]] warp_energy energy_of(const typename engine::assessment& found) const {
     return {found.totals.squared_residual / engine_->points(),
-            found.disagreement / engine_->points(), std::move(found.unsupported_nodes)};
+            found.disagreement / engine_->points(), found.unsupported_nodes};
   }
 
   /// The rows of all points of a group.

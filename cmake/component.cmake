@@ -1,6 +1,6 @@
 # An area of cilantro as a library and a package of its own, with what it depends on: cilantro::NAME, which
-# find_package(cilantro COMPONENTS NAME) finds. Interfaces (*.cppm) and units (*.cpp) are those of the folder that calls
-# it, which lies in modules/ or outside the tree.
+# find_package(cilantro COMPONENTS NAME) finds. Interfaces (*.cppm), partitions that only units import
+# (*.part.cpp) and units (*.cpp) are those of the folder that calls it, which lies in modules/ or outside the tree.
 #
 #   cilantro_add_component(NAME [FIND "PACKAGE ARGUMENT..."...] [LINK TARGET...])
 #
@@ -33,6 +33,8 @@ function(cilantro_add_component name)
 
   file(GLOB_RECURSE interfaces CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cppm)
   file(GLOB_RECURSE units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  file(GLOB_RECURSE parts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.part.cpp)
+  list(REMOVE_ITEM units ${parts})
   add_library(cilantro_${name})
   add_library(cilantro::${name} ALIAS cilantro_${name})
   set_target_properties(cilantro_${name} PROPERTIES
@@ -41,6 +43,7 @@ function(cilantro_add_component name)
   target_compile_options(cilantro_${name} PRIVATE -ffp-contract=off)
   target_sources(cilantro_${name}
     PUBLIC FILE_SET CXX_MODULES BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR} FILES ${interfaces}
+    PRIVATE FILE_SET implementation_partitions TYPE CXX_MODULES BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR} FILES ${parts}
     PRIVATE ${units})
   target_link_libraries(cilantro_${name} PUBLIC cilantro::cilantro PRIVATE ${component_LINK})
   cilantro_fit_language(cilantro_${name} ${CMAKE_SOURCE_DIR})

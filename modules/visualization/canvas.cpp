@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cstdint>
+#include <utility>
+#include <vector>
+module cilantro.visualization;
+
+namespace cilantro {
+namespace {
+
+template <class Batch>
+void expect_batch(const Batch& batch, index_t colored, const char* colors) {
+  expect_between(0, batch.opacity, 1, "canvas: the opacity");
+  expects(is_finite(batch.origin), "canvas: the origin of a batch must be finite");
+  expects(batch.colors.cols() == 1 || batch.colors.cols() == colored, colors);
+}
+
+void expect_indices(const auto& indices, index_t points) {
+  expects(indices.size() == 0 || (0 <= indices.minCoeff() && indices.maxCoeff() < points),
+          "canvas: an index is not one of a point");
+}
+
+void extend(Eigen::AlignedBox3d& box, const Eigen::Matrix3Xf& points,
+            const Eigen::Vector3d& origin) {
+  Eigen::AlignedBox3f own;
+  for (const auto p : points.colwise())
+    if (is_finite(p)) own.extend(p);
+  if (own.isEmpty()) return;
+  box.extend(own.min().cast<double>() + origin);
+  box.extend(own.max().cast<double>() + origin);
+}
+
+}  // namespace
+
+void canvas::add(point_batch batch) {
+  const index_t n = batch.points.cols();
+  expect_batch(batch, n, "canvas: points need one colour for all, or one each");
+  expects(batch.normals.cols() == 0 || batch.normals.cols() == n,
+          "canvas: points need as many normals, or none");
+  expects(batch.size.sizes.size() == 1 || batch.size.sizes.size() == n,
+          "canvas: points need one size for all, or one each");
+  extend(bounds_, batch.points, batch.origin);
+  points_.push_back(std::move(batch));
+}
+
+void canvas::add(line_batch batch) {
+  const index_t n = batch.points.cols();
+  if (batch.segments.cols() == 0) {
+    expects(n % 2 == 0, "canvas: without .segments, two points are a line each");
+    batch.segments.resize(2, n / 2);
+    for (int i = 0; i < n; ++i) batch.segments(i % 2, i / 2) = i;
+  }
+  expect_batch(batch, batch.segments.cols(), "canvas: lines need one colour for all, or one each");
+  expect_indices(batch.segments, n);
+  expects(batch.width > 0 && batch.width <= 1000, "canvas: lines are from 0 to 1000 pixels wide");
+  extend(bounds_, batch.points, batch.origin);
+  lines_.push_back(std::move(batch));
+}
+
+void canvas::add(triangle_batch batch) {
+  const index_t n = batch.points.cols();
+  expect_batch(batch, n, "canvas: triangles need one colour for all, or one for each point");
+  expect_indices(batch.triangles, n);
+  expects(batch.normals.cols() == 0 || batch.normals.cols() == n,
+          "canvas: triangles need a normal for each point, or none");
+  extend(bounds_, batch.points, batch.origin);
+  triangles_.push_back(std::move(batch));
+}
+
+void canvas::add(label text) {
+  expects(text.height > 0 && text.height <= 1000, "canvas: letters are from 0 to 1000 pixels high");
+  if (!is_finite(text.place)) return;
+  bounds_.extend(text.place);
+  labels_.push_back(std::move(text));
+}
+
+void canvas::add(color_legend legend) {
+  expects(!legend.colors.empty(), "canvas: a legend needs colours");
+  legends_.push_back(std::move(legend));
+}
+
+}  // namespace cilantro

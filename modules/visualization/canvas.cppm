@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.visualization:canvas;
+
+import cilantro.standard;
+import cilantro.core;
+
+namespace cilantro {
+
+/// `3 × N`: red, green and blue, from 0 to 255.
+export using color_matrix = Eigen::Matrix<std::uint8_t, 3, dynamic>;
+
+/// One colour, for batches of one colour.
+export [[nodiscard]] inline color_matrix one_color(const rgb& color) {
+  color_matrix one(3, 1);
+  one << color[0], color[1], color[2];
+  return one;
+}
+
+/// How large points are drawn: their diameter.
+export struct point_size {
+  /// What the numbers are.
+  enum class unit {
+    length,  ///< In the units of the points: what is nearer is larger.
+    pixels,  ///< The same at every distance.
+  };
+  unit in = unit::pixels;                                   ///< Of all sizes.
+  Eigen::VectorXf sizes = Eigen::VectorXf::Constant(1, 2);  ///< One for all points, or one each.
+};
+
+/// Points to draw, as round splats. In all batches, positions are relative to an `origin`, so that
+/// large coordinates keep their digits; what is not finite is left out.
+export struct point_batch {
+  Eigen::Matrix3Xf points = {};                      ///< `3 × N`.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Of the points.
+  color_matrix colors = one_color({200, 200, 200});  ///< One for all points, or one each.
+  Eigen::Matrix3Xf normals = {};  ///< `3 × N`, to light the points by; or no columns.
+  point_size size = {};           ///< Of the splats.
+  double opacity = 1;             ///< From 0, which shows nothing, to 1.
+};
+
+/// Straight lines to draw.
+export struct line_batch {
+  Eigen::Matrix3Xf points = {};                      ///< `3 × N`.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Of the points.
+  Eigen::Matrix2Xi segments = {};  ///< Which points each line joins; none: the 1st and 2nd, …
+  color_matrix colors = one_color({220, 220, 220});  ///< One for all lines, or one each.
+  double width = 1.5;                                ///< In pixels.
+  double opacity = 1;                                ///< From 0, which shows nothing, to 1.
+};
+
+/// Triangles to draw, seen from both sides.
+export struct triangle_batch {
+  Eigen::Matrix3Xf points = {};                      ///< `3 × N`.
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< Of the points.
+  Eigen::Matrix3Xi triangles = {};                   ///< The points of each.
+  color_matrix colors = one_color({200, 200, 200});  ///< One for all, or one for each point.
+  Eigen::Matrix3Xf normals = {};  ///< `3 × N`, to look smooth; or no columns, to look flat.
+  double opacity = 1;             ///< From 0, which shows nothing, to 1.
+};
+
+/// A text at a place, drawn over everything else.
+export struct label {
+  std::string text;                                 ///< In UTF-8; lines end with `\n`.
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< Where its lower left corner is.
+  rgb color = {240, 240, 240};                      ///< Of the letters.
+  double height = 14;                               ///< Of a capital letter, in pixels.
+};
+
+/// What the colours of a batch mean: a bar of colours with numbers beside the picture.
+export struct color_legend {
+  std::string title;         ///< Above the bar.
+  std::vector<rgb> colors;   ///< From the lowest value to the highest.
+  double low = 0, high = 1;  ///< The values at the ends.
+};
+
+/// What something consists of that is drawn.
+export class canvas {
+ public:
+  /// Each throws `invalid_input` for colours, normals or sizes that are not as many as their kind
+  /// allows, for indices that are not those of points, and for opacities beyond 0 and 1.
+  void add(point_batch batch);
+  void add(line_batch batch);
+  void add(triangle_batch batch);
+  void add(label batch);
+  void add(color_legend legend);
+
+  [[nodiscard]] const std::vector<point_batch>& points() const { return points_; }
+  [[nodiscard]] const std::vector<line_batch>& lines() const { return lines_; }
+  [[nodiscard]] const std::vector<triangle_batch>& triangles() const { return triangles_; }
+  [[nodiscard]] const std::vector<label>& labels() const { return labels_; }
+  [[nodiscard]] const std::vector<color_legend>& legends() const { return legends_; }
+  /// The box around all that is finite; empty if there is nothing.
+  [[nodiscard]] Eigen::AlignedBox3d bounds() const { return bounds_; }
+
+ private:
+  std::vector<point_batch> points_;
+  std::vector<line_batch> lines_;
+  std::vector<triangle_batch> triangles_;
+  std::vector<label> labels_;
+  std::vector<color_legend> legends_;
+  Eigen::AlignedBox3d bounds_;
+};
+
+/// What can be drawn: it says itself what it consists of, by a member `draw(canvas&)`, or a
+/// function `draw(thing, canvas&)` in its own namespace.
+export template <class R>
+concept Renderable = requires(const R& thing, canvas& on) { thing.draw(on); } ||
+                     requires(const R& thing, canvas& on) { draw(thing, on); };
+
+/// What can be drawn with a look, a struct of options: by a function `draw(thing, canvas&, look)`.
+export template <class R, class Look>
+concept RenderableWith =
+    requires(const R& thing, canvas& on, const Look& look) { draw(thing, on, look); };
+
+}  // namespace cilantro

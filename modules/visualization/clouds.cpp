@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+module cilantro.visualization;
+
+namespace cilantro {
+namespace {
+
+void set(color_matrix& colors, index_t i, const rgb& color) {
+  colors.col(i) << color[0], color[1], color[2];
+}
+
+const attribute& attribute_named(const points_to_draw& all, const std::string& name) {
+  const auto found = std::ranges::find(all.attributes, name, &attribute::name);
+  if (found != all.attributes.end()) return *found;
+  std::string names;
+  for (const auto& one : all.attributes) names += (names.empty() ? "" : ", ") + one.name;
+  throw invalid_input{"draw: the cloud has no attribute \"" + name + "\", but " +
+                      (names.empty() ? "none at all" : names)};
+}
+
+std::vector<double> values_of(const attribute& from) {
+  return std::visit(
+      [](const auto& values) { return std::vector<double>(values.begin(), values.end()); },
+      from.values);
+}
+
+color_legend legend_of(std::string title, const color_map& map, double low, double high) {
+  color_legend legend{std::move(title), {}, low, high};
+  constexpr int steps = 256;
+  for (int i = 0; i < steps; ++i) legend.colors.push_back(map((i + 0.5) / steps));
+  return legend;
+}
+
+/// Colours by the map, and says in a legend what they mean.
+color_matrix colored_by(const std::vector<double>& values, const auto& by, std::string title,
+                        canvas& on) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : values)
+    if (std::isfinite(value)) {
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  if (!(low <= high)) low = high = 0;
+  low = by.low.value_or(low);
+  high = by.high.value_or(high);
+  expects(std::isfinite(low) && std::isfinite(high) && low <= high,
+          "draw: the lowest value of the colours must not be above the highest");
+  color_matrix colors(3, std::ssize(values));
+  for (index_t i = 0; i < colors.cols(); ++i)
+    set(colors, i,
+        by.map(low < high || std::isnan(values[i])
+                   ? (values[i] / 2 - low / 2) / (high / 2 - low / 2)
+                   : 0.5));
+  on.add(legend_of(std::move(title), by.map, low, high));
+  return colors;
+}
+
+/// The colours that a look asks for.
+struct colorer {
+  const points_to_draw& all;
+  canvas& on;
+
+  color_matrix operator()(const rgb& one) const { return one_color(one); }
+  color_matrix operator()(const own_colors& own) const {
+    if (all.colors.empty()) return one_color(own.otherwise);
+    color_matrix colors(3, all.colors.size());
+    for (index_t i = 0; i < colors.cols(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const float share = all.colors[i][k];
+        colors(k, i) = std::uint8_t(255 * (share > 0 ? std::min(share, 1.0f) : 0.0f) + 0.5f);
+      }
+    return colors;
+  }
+  color_matrix operator()(const by_attribute& by) const {
+    return colored_by(values_of(attribute_named(all, by.name)), by, by.name, on);
+  }
+  color_matrix operator()(const by_coordinate& by) const {
+    expects(0 <= by.axis && by.axis < 3, "by_coordinate: the axis must be 0, 1 or 2");
+    std::vector<double> values;
+    for (const float x : all.points.row(by.axis)) values.push_back(double(x) + all.origin[by.axis]);
+    return colored_by(values, by, std::string{"xyz"[by.axis]}, on);
+  }
+  color_matrix operator()(const by_label& by) const {
+    const auto& labels = attribute_named(all, by.name);
+    color_matrix colors(3, labels.size());
+    std::visit(
+        [&]<class T>(const std::vector<T>& values) {
+          expects(std::integral<T>,
+                  "by_label: the attribute \"" + by.name +
+                      "\" does not hold whole numbers; by_attribute takes any numbers");
+          for (index_t i = 0; i < colors.cols(); ++i)
+            set(colors, i, label_color(static_cast<std::int64_t>(values[i])));
+        },
+        labels.values);
+    return colors;
+  }
+  color_matrix operator()(const by_normal&) const {
+    expects(all.normals.cols() > 0 || all.points.cols() == 0,
+            "by_normal: the cloud has no normals; estimate them first");
+    color_matrix colors(3, all.normals.cols());
+    for (index_t i = 0; i < colors.cols(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const float along = all.normals(k, i);
+        colors(k, i) = std::uint8_t(
+            std::isfinite(along) ? 127.5f * (1 + std::clamp(along, -1.0f, 1.0f)) + 0.5f : 128);
+      }
+    return colors;
+  }
+};
+
+Eigen::VectorXf spacing_of(const Eigen::Matrix3Xf& points, double factor) {
+  Eigen::VectorXf sizes = Eigen::VectorXf::Zero(points.cols());
+  const kd_tree tree{points};
+  // With itself, the fourth.
+  visit_neighborhoods(tree, points, knn{4}, [&](const neighborhood_block<float>& block) {
+    for (index_t i = 0; i < block.size(); ++i)
+      for (const auto& near : block[i])
+        sizes[block.query(i)] = std::max(sizes[block.query(i)], near.distance);
+  });
+  std::vector<float> sorted;
+  for (const float size : sizes)
+    if (size > 0) sorted.push_back(size);
+  if (sorted.empty()) return sizes;
+  constexpr float largest = 2.5f;
+  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
+  std::ranges::nth_element(sorted, middle);
+  return (sizes.array().min(largest * *middle) * float(factor)).matrix();
+}
+
+struct sizer {
+  const Eigen::Matrix3Xf& points;
+
+  point_size operator()(const splat_pixels& size) const {
+    return {point_size::unit::pixels, Eigen::VectorXf::Constant(1, float(double(size.diameter)))};
+  }
+  point_size operator()(const splat_length& size) const {
+    return {point_size::unit::length, Eigen::VectorXf::Constant(1, float(double(size.diameter)))};
+  }
+  point_size operator()(const local_spacing& by) const {
+    if (points.cols() == 0) return (*this)(splat_pixels{});
+    return {point_size::unit::length, spacing_of(points, by.factor)};
+  }
+};
+
+}  // namespace
+
+void draw_points(points_to_draw all, canvas& on, const cloud_look& look) {
+  point_batch batch;
+  batch.colors = std::visit(colorer{all, on}, look.color);
+  batch.size = std::visit(sizer{all.points}, look.size);
+  batch.opacity = look.opacity;
+  batch.origin = all.origin;
+  if (look.lit) batch.normals = std::move(all.normals);
+  batch.points = std::move(all.points);
+  if (batch.points.cols() == 0) batch.colors = one_color({200, 200, 200});
+  on.add(std::move(batch));
+}
+
+}  // namespace cilantro

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+//
+// Texts and bars of colours, over a finished picture. Internal.
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <string_view>
+#include <vector>
+module cilantro.visualization:overlay;
+
+import cilantro.core;
+import cilantro.eigen;
+import :canvas;
+import :projector;
+import :render;
+import :scene;
+import :strokes;
+
+namespace cilantro {
+namespace {
+
+void mix(rgb& pixel, const rgb& color, float share) {
+  for (std::size_t k = 0; k < 3; ++k)
+    pixel[k] = static_cast<std::uint8_t>(
+        std::lround(float(pixel[k]) + share * (float(color[k]) - float(pixel[k]))));
+}
+
+float distance_to_segment(const Eigen::Vector2f& p, const Eigen::Vector2f& a,
+                          const Eigen::Vector2f& b) {
+  const Eigen::Vector2f along = b - a;
+  const float square = along.squaredNorm();
+  const float t = square > 0 ? std::clamp((p - a).dot(along) / square, 0.0f, 1.0f) : 0;
+  return (a + t * along - p).norm();
+}
+
+/// A text whose capital letters are `height` pixels high, the top left of its first at (x, y).
+class written_text {
+ public:
+  written_text(std::string_view text, float height) : text_{strokes_of(text)}, height_{height} {}
+  [[nodiscard]] float width() const { return text_.width * height_; }
+  [[nodiscard]] float full_height() const { return text_.height * height_; }
+
+  /// The letters, and around them, so that they can be read on anything, the background.
+  void draw(image<rgb>& picture, float x, float y, const rgb& color, const rgb& background) const {
+    const float half = std::max(height_ / 18, 0.55f);
+    cover(picture, x, y, half + 1.2f, background, 0.6f);
+    cover(picture, x, y, half, color, 1);
+  }
+
+ private:
+  /// How much of each pixel is nearer to the strokes than `half`, about.
+  void cover(image<rgb>& picture, float x, float y, float half, const rgb& color,
+             float opacity) const {
+    const float margin = half + 1;
+    const int left = std::max(0, int(std::floor(x - margin)));
+    const int right = std::min(picture.width() - 1, int(std::ceil(x + width() + margin)));
+    const int top = std::max(0, int(std::floor(y - 0.3f * height_ - margin)));
+    const int bottom =
+        std::min(picture.height() - 1, int(std::ceil(y + full_height() + 0.5f * height_ + margin)));
+    if (left > right || top > bottom) return;
+    const int columns = right - left + 1;
+    std::vector<float> shares(std::size_t(columns) * std::size_t(bottom - top + 1), 0.0f);
+    for (const auto& stroke : text_.strokes)
+      for (std::size_t i = 0; i + 1 < std::max<std::size_t>(stroke.size(), 2); ++i) {
+        const Eigen::Vector2f a = at(stroke[i], x, y),
+                              b = at(stroke[std::min(i + 1, stroke.size() - 1)], x, y);
+        const int u0 = std::max(left, int(std::floor(std::min(a.x(), b.x()) - margin)));
+        const int u1 = std::min(right, int(std::ceil(std::max(a.x(), b.x()) + margin)));
+        const int v0 = std::max(top, int(std::floor(std::min(a.y(), b.y()) - margin)));
+        const int v1 = std::min(bottom, int(std::ceil(std::max(a.y(), b.y()) + margin)));
+        for (int v = v0; v <= v1; ++v)
+          for (int u = u0; u <= u1; ++u) {
+            float& share =
+                shares[std::size_t(v - top) * std::size_t(columns) + std::size_t(u - left)];
+            share = std::max(
+                share, std::clamp(half + 0.5f - distance_to_segment({float(u), float(v)}, a, b),
+                                  0.0f, 1.0f));
+          }
+      }
+    for (int v = top; v <= bottom; ++v)
+      for (int u = left; u <= right; ++u)
+        mix(picture(u, v), color,
+            opacity * shares[std::size_t(v - top) * std::size_t(columns) + std::size_t(u - left)]);
+  }
+  [[nodiscard]] Eigen::Vector2f at(const Eigen::Vector2f& p, float x, float y) const {
+    return {x + height_ * p.x(), y + height_ * p.y()};
+  }
+
+  stroked_text text_;
+  float height_;
+};
+
+rgb readable_on(const rgb& background) {
+  const int light = 299 * background[0] + 587 * background[1] + 114 * background[2];
+  return light > 128'000 ? rgb{20, 22, 26} : rgb{240, 240, 240};
+}
+
+/// What is next to nothing beside the range is 0.
+std::string in_four_digits(double value, double range) {
+  if (std::abs(value) < 1e-6 * range) value = 0;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+/// One bar at the right border, the first at the top; returns where the next one may begin.
+float draw_legend(image<rgb>& picture, const color_legend& legend, float top, float room,
+                  const rgb& background) {
+  const float letter = std::clamp(float(picture.height()) / 60, 7.0f, 24.0f);
+  const rgb ink = readable_on(background);
+  const written_text title{legend.title, letter};
+  const float bar_width = 1.4f * letter, gap = 0.6f * letter;
+  const float bar_height = room - 4 * letter;
+  if (bar_height < 3 * letter) return top;
+
+  const double range = legend.high - legend.low;
+  const std::array<written_text, 3> numbers{
+      written_text{in_four_digits(legend.high, range), letter},
+      written_text{in_four_digits(legend.low / 2 + legend.high / 2, range), letter},
+      written_text{in_four_digits(legend.low, range), letter}};
+  float widest = 0;
+  for (const auto& number : numbers) widest = std::max(widest, number.width());
+  const float right = float(picture.width()) - letter;
+  const float left = right - std::max(widest + gap + bar_width, title.width());
+  title.draw(picture, left, top, ink, background);
+
+  const int x0 = std::max(0, int(left)), x1 = std::min(picture.width() - 1, int(left + bar_width));
+  const int y0 = std::max(0, int(top + 2 * letter));
+  const int y1 = std::min(picture.height() - 1, int(top + 2 * letter + bar_height));
+  for (int y = y0; y <= y1; ++y) {
+    const double share = y1 > y0 ? double(y1 - y) / double(y1 - y0) : 0;
+    const auto number =
+        std::min(std::size_t(share * double(legend.colors.size())), legend.colors.size() - 1);
+    for (int x = x0; x <= x1; ++x) picture(x, y) = legend.colors[number];
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+    numbers[k].draw(picture, left + bar_width + gap,
+                    float(y0) + float(k) / 2 * float(y1 - y0) - letter / 2, ink, background);
+  return top + room;
+}
+
+}  // namespace
+
+/// Draws the labels and legends of a scene over its picture.
+void draw_overlay(image<rgb>& picture, const scene& all, const projector& by,
+                  const render_options& options) {
+  std::size_t legends = 0;
+  for (const auto& layer : all.layers()) {
+    if (layer.is_hidden) continue;
+    legends += layer.content->legends().size();
+    if (!options.labels) continue;
+    for (const auto& one : layer.content->labels()) {
+      const Eigen::Vector3d p = by(one.place);
+      if (!(p.z() > by.nearest)) continue;
+      const auto [x, y, z] = by.seen(p);
+      if (std::abs(x) > 1e6 || std::abs(y) > 1e6) continue;
+      const written_text text{one.text, float(one.height)};
+      text.draw(picture, float(x), float(y) - text.full_height(), one.color, options.background);
+    }
+  }
+  if (!options.legends || legends == 0) return;
+  const float margin = std::clamp(float(picture.height()) / 60, 7.0f, 24.0f);
+  const float room = std::min((float(picture.height()) - 2 * margin) / float(legends),
+                              float(picture.height()) / 2);
+  float top = margin;
+  for (const auto& layer : all.layers())
+    if (!layer.is_hidden)
+      for (const auto& legend : layer.content->legends())
+        top = draw_legend(picture, legend, top, room, options.background);
+}
+
+}  // namespace cilantro

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <filesystem>
+module cilantro.visualization;
+
+namespace cilantro {
+
+void write_picture(const scene& all, const std::filesystem::path& path,
+                   const render_options& options) {
+  view_options size;
+  if (options.width > 0) size.width = options.width;
+  if (options.height > 0) size.height = options.height;
+  write_picture(all, fit(all, size), path, options);
+}
+
+void write_picture(const scene& all, const view& from, const std::filesystem::path& path,
+                   const render_options& options) {
+  write_png(render(all, from, options), path);
+}
+
+}  // namespace cilantro

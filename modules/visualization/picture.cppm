@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.visualization:picture;
+
+import cilantro.standard;
+import cilantro.core;
+import :render;
+import :scene;
+import :view;
+
+namespace cilantro {
+
+/// Renders a scene and writes the picture as a PNG file, of all of it or of a view. The file
+/// appears under its name when it is complete. Throws as `render` and `write_png` do.
+export void write_picture(const scene& all, const std::filesystem::path& path,
+                          const render_options& options = {});
+export void write_picture(const scene& all, const view& from, const std::filesystem::path& path,
+                          const render_options& options = {});
+
+}  // namespace cilantro

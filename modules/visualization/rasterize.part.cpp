@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+//
+// Which pixels points, lines and triangles cover, and at what depth. Internal.
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+module cilantro.visualization:rasterize;
+
+import cilantro.core;
+import cilantro.eigen;
+import :canvas;
+import :projector;
+
+namespace cilantro {
+
+/// The pixels from `first` to `last` of a row.
+struct pixel_span {
+  int first, last;
+
+  /// Those whose middles are between two places, of pixels 0 to `size` − 1.
+  static pixel_span between(double low, double high, int size) {
+    return {static_cast<int>(std::ceil(std::clamp(low, -1.0, double(size)))),
+            static_cast<int>(std::floor(std::clamp(high, -1.0, double(size))))};
+  }
+  [[nodiscard]] pixel_span within(int size) const {
+    return {std::max(first, 0), std::min(last, size - 1)};
+  }
+};
+
+/// A splat in the picture: its middle and radius in pixels, and its depth and diameter.
+struct splat {
+  float x, y, radius, z, diameter;
+};
+
+/// Calls `f(i, splat)` for each point of a batch that may be seen, from several threads at once.
+template <class F>
+void for_splats(const point_batch& batch, const projector& by, const execution& how, F&& f) {
+  const batch_placement place{by, batch.origin};
+  const bool is_length = batch.size.in == point_size::unit::length;
+  const auto& sizes = batch.size.sizes;
+  const float fx = float(by.fx), fy = float(by.fy), cx = float(by.cx), cy = float(by.cy);
+  const float nearest = float(by.nearest);
+  // Larger ones would only be something that is too near.
+  constexpr float largest = 512;
+  parallel_blocks(batch.points.cols(), 1024, how, [&](index_t, index_t begin, index_t end) {
+    for (index_t i = begin; i < end; ++i) {
+      const Eigen::Vector3f p = place(batch.points.col(i));
+      if (!(p.z() > nearest)) continue;
+      const float scale = by.is_orthographic ? 1 : 1 / p.z();
+      const float size = sizes[sizes.size() == 1 ? 0 : i];
+      const float pixels = is_length ? size * fx * scale : size;
+      splat s{fx * p.x() * scale + cx, fy * p.y() * scale + cy, std::min(pixels / 2, largest),
+              p.z(), is_length ? size : size / (fx * scale)};
+      // What is smaller than a pixel is a pixel.
+      if (!(s.radius >= 0.5f)) s.radius = 0.5f;
+      if (s.x + s.radius < -0.5f || s.y + s.radius < -0.5f ||
+          !(s.x - s.radius < float(by.width) - 0.5f) || !(s.y - s.radius < float(by.height) - 0.5f))
+        continue;
+      f(i, s);
+    }
+  });
+}
+
+/// Calls `f(pixel, share)` for each pixel of a splat: its number, and its squared distance from the
+/// middle as a share of the squared radius.
+template <class F>
+void for_pixels(const splat& s, const projector& by, F&& f) {
+  if (s.radius < 0.71f) {
+    const int x = static_cast<int>(std::floor(s.x + 0.5f)),
+              y = static_cast<int>(std::floor(s.y + 0.5f));
+    if (0 <= x && x < by.width && 0 <= y && y < by.height) f(index_t(y) * by.width + x, 0.0f);
+    return;
+  }
+  const float square = s.radius * s.radius, inverse = 1 / square;
+  const int y_begin = std::max(static_cast<int>(std::ceil(s.y - s.radius)), 0);
+  const int y_end = std::min(static_cast<int>(std::floor(s.y + s.radius)), by.height - 1);
+  for (int y = y_begin; y <= y_end; ++y) {
+    const float dy = float(y) - s.y, half = std::sqrt(std::max(square - dy * dy, 0.0f));
+    const int x_begin = std::max(static_cast<int>(std::ceil(s.x - half)), 0);
+    const int x_end = std::min(static_cast<int>(std::floor(s.x + half)), by.width - 1);
+    for (int x = x_begin; x <= x_end; ++x) {
+      const float dx = float(x) - s.x;
+      f(index_t(y) * by.width + x, (dx * dx + dy * dy) * inverse);
+    }
+  }
+}
+
+/// Calls `f(segment, pixel, z)` for each pixel of each line of a batch.
+template <class F>
+void rasterize(const line_batch& batch, const projector& by, int fineness, const execution& how,
+               F&& f) {
+  const batch_placement place{by, batch.origin};
+  // On a surface, lines are seen.
+  constexpr double lift = 1 - 1e-3;
+  parallel_for(batch.segments.cols(), how, [&](index_t i) {
+    Eigen::Vector3d a = place(batch.points.col(batch.segments(0, i))).cast<double>(),
+                    b = place(batch.points.col(batch.segments(1, i))).cast<double>();
+    if (!is_finite(a) || !is_finite(b)) return;
+    const double near = std::max(by.nearest, 1e-12);
+    if (a.z() < near && b.z() < near) return;
+    if (a.z() < near) a += (near - a.z()) / (b.z() - a.z()) * (b - a);
+    if (b.z() < near) b += (near - b.z()) / (a.z() - b.z()) * (a - b);
+    const auto from = by.seen(a), to = by.seen(b);
+    const double dx = to.x - from.x, dy = to.y - from.y;
+    const bool is_steep = std::abs(dy) > std::abs(dx);
+    const double along = is_steep ? dy : dx, aside = is_steep ? dx : dy;
+    const double begin = is_steep ? from.y : from.x, middle = is_steep ? from.x : from.y;
+    const int along_size = is_steep ? by.height : by.width;
+    const int aside_size = is_steep ? by.width : by.height;
+    const double half =
+        batch.width * fineness / 2 * (along == 0 ? 1 : std::hypot(along, aside) / std::abs(along));
+    const auto steps = pixel_span::between(std::min(begin, begin + along) - 0.5,
+                                           std::max(begin, begin + along) + 0.5, along_size)
+                           .within(along_size);
+    for (int step = steps.first; step <= steps.last; ++step) {
+      const double t = along == 0 ? 0 : std::clamp((step - begin) / along, 0.0, 1.0);
+      const double z = lift * (by.is_orthographic ? from.z + t * (to.z - from.z)
+                                                  : 1 / (1 / from.z + t * (1 / to.z - 1 / from.z)));
+      const double center = middle + t * aside;
+      auto across = pixel_span::between(center - half, center + half, aside_size);
+      if (across.first > across.last) across.first = across.last = int(std::floor(center + 0.5));
+      across = across.within(aside_size);
+      for (int c = across.first; c <= across.last; ++c) {
+        const int x = is_steep ? c : step, y = is_steep ? step : c;
+        f(i, index_t(y) * by.width + x, float(z));
+      }
+    }
+  });
+}
+
+/// The part of a triangle beyond a depth: up to four corners.
+struct clipped_triangle {
+  std::array<Eigen::Vector3d, 4> corners;
+  int count = 0;
+
+  clipped_triangle(const std::array<Eigen::Vector3d, 3>& all, double near) {
+    for (int i = 0; i < 3; ++i) {
+      const auto &a = all[i], &b = all[(i + 1) % 3];
+      if (a.z() >= near) corners[count++] = a;
+      if ((a.z() < near) != (b.z() < near))
+        corners[count++] = a + (near - a.z()) / (b.z() - a.z()) * (b - a);
+    }
+  }
+};
+
+/// Calls `f(triangle, pixel, z)` for each pixel whose middle is in a triangle of a batch; one that
+/// is on the edge between two belongs to one of them.
+template <class F>
+void rasterize(const triangle_batch& batch, const projector& by, const execution& how, F&& f) {
+  const batch_placement place{by, batch.origin};
+  parallel_for(batch.triangles.cols(), how, [&](index_t i) {
+    std::array<Eigen::Vector3d, 3> all;
+    for (int k = 0; k < 3; ++k) {
+      all[k] = place(batch.points.col(batch.triangles(k, i))).template cast<double>();
+      if (!is_finite(all[k])) return;
+    }
+    const clipped_triangle part{all, std::max(by.nearest, 1e-12)};
+    for (int corner = 2; corner < part.count; ++corner) {
+      std::array<projector::place, 3> p{by.seen(part.corners[0]), by.seen(part.corners[corner - 1]),
+                                        by.seen(part.corners[corner])};
+      double area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[2].x - p[0].x) * (p[1].y - p[0].y);
+      if (!(std::abs(area) > 0) || !std::isfinite(area)) continue;
+      if (area < 0) {
+        std::swap(p[1], p[2]);
+        area = -area;
+      }
+      const auto rows = pixel_span::between(std::min({p[0].y, p[1].y, p[2].y}),
+                                            std::max({p[0].y, p[1].y, p[2].y}), by.height)
+                            .within(by.height);
+      const auto columns = pixel_span::between(std::min({p[0].x, p[1].x, p[2].x}),
+                                               std::max({p[0].x, p[1].x, p[2].x}), by.width)
+                               .within(by.width);
+      const auto depth = [&](int k) { return by.is_orthographic ? p[k].z : 1 / p[k].z; };
+      for (int y = rows.first; y <= rows.last; ++y)
+        for (int x = columns.first; x <= columns.last; ++x) {
+          std::array<double, 3> weights;
+          bool is_inside = true;
+          for (int k = 0; k < 3; ++k) {
+            const auto &a = p[(k + 1) % 3], &b = p[(k + 2) % 3];
+            const double dx = b.x - a.x, dy = b.y - a.y;
+            weights[k] = dx * (y - a.y) - dy * (x - a.x);
+            const bool owns_edge = dy < 0 || (dy == 0 && dx > 0);
+            is_inside &= weights[k] > 0 || (weights[k] == 0 && owns_edge);
+          }
+          if (!is_inside) continue;
+          const double mixed =
+              (weights[0] * depth(0) + weights[1] * depth(1) + weights[2] * depth(2)) / area;
+          f(i, index_t(y) * by.width + x, float(by.is_orthographic ? mixed : 1 / mixed));
+        }
+    }
+  });
+}
+
+}  // namespace cilantro

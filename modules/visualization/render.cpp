@@ -1,0 +1,412 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+module cilantro.visualization;
+
+import :overlay;
+import :projector;
+import :rasterize;
+
+namespace cilantro {
+namespace {
+
+/// What is nearest in a pixel: its depth, whose bits are ordered as it is, and then its number. The
+/// smallest is seen, whichever thread comes first.
+using depth_and_number = std::uint64_t;
+constexpr depth_and_number nothing = std::numeric_limits<depth_and_number>::max();
+
+depth_and_number key_of(float z, std::uint32_t number) {
+  return depth_and_number{std::bit_cast<std::uint32_t>(z)} << 32 | number;
+}
+float depth_of(depth_and_number key) {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32));
+}
+
+/// A batch of the scene, and the number of its first point, line or triangle.
+template <class Batch>
+struct numbered {
+  const Batch* batch;
+  const scene::layer* layer;
+  index_t place;  ///< Among the batches of its kind in the layer.
+  std::uint32_t first;
+};
+
+/// All that is drawn, by kind.
+struct drawing {
+  std::vector<numbered<point_batch>> points;
+  std::vector<numbered<line_batch>> lines;
+  std::vector<numbered<triangle_batch>> triangles;
+  std::uint32_t first_line = 0, first_triangle = 0;  ///< Points have lower numbers.
+  bool is_transparent = false;
+
+  explicit drawing(const scene& all) {
+    std::uint64_t next = 0;
+    const auto collect = [&](auto& into, auto&& batches_of, auto&& count) {
+      for (const auto& layer : all.layers()) {
+        if (layer.is_hidden) continue;
+        index_t place = 0;
+        for (const auto& batch : batches_of(*layer.content)) {
+          into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next)});
+          next += static_cast<std::uint64_t>(count(batch));
+          is_transparent |= batch.opacity < 1;
+        }
+      }
+      expects(next < std::numeric_limits<std::uint32_t>::max(),
+              "render: there are more than 2^32 - 2 points, lines and triangles");
+    };
+    collect(
+        points, [](const canvas& c) -> auto& { return c.points(); },
+        [](const point_batch& b) { return b.points.cols(); });
+    first_line = static_cast<std::uint32_t>(next);
+    collect(
+        lines, [](const canvas& c) -> auto& { return c.lines(); },
+        [](const line_batch& b) { return b.segments.cols(); });
+    first_triangle = static_cast<std::uint32_t>(next);
+    collect(
+        triangles, [](const canvas& c) -> auto& { return c.triangles(); },
+        [](const triangle_batch& b) { return b.triangles.cols(); });
+  }
+
+  template <class Batch>
+  static const numbered<Batch>& of(const std::vector<numbered<Batch>>& all, std::uint32_t number) {
+    return *std::prev(std::ranges::upper_bound(all, number, {}, &numbered<Batch>::first));
+  }
+};
+
+using color = Eigen::Vector3f;
+
+color color_of(const color_matrix& colors, index_t i) {
+  return colors.col(colors.cols() == 1 ? 0 : i).cast<float>();
+}
+/// How bright a surface is that is lit from the eye: both sides alike.
+float light_on(const Eigen::Vector3f& normal, const Eigen::Vector3f& towards) {
+  const float lengths = normal.squaredNorm() * towards.squaredNorm();
+  if (!(lengths > 0)) return 1;
+  return 0.3f + 0.7f * std::min(std::abs(normal.dot(towards)) / std::sqrt(lengths), 1.0f);
+}
+
+/// The weighted sum of colours in a pixel, as integers: the order does not matter.
+struct color_sum {
+  std::uint64_t red_green = 0, blue_weight = 0;
+};
+/// The sum over what is transparent in a pixel: colours by weight, and the logarithm of what it
+/// lets through.
+struct veil {
+  std::uint64_t red = 0, green = 0, blue = 0, weight = 0, opaqueness = 0;
+};
+
+void add_to(std::uint64_t& sum, std::uint64_t value) {
+  std::atomic_ref{sum}.fetch_add(value, std::memory_order_relaxed);
+}
+
+/// One picture in the making.
+class painter {
+ public:
+  painter(const drawing& all, const projector& by, const render_options& options)
+      : all_{all},
+        by_{by},
+        options_{options},
+        how_{options.threads, task_monitor{{}, options.monitor.stop}},
+        nearest_(static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
+                 nothing) {}
+
+  void find_nearest() {
+    for (const auto& [batch, layer, place, first] : all_.points)
+      if (batch->opacity == 1)
+        for_splats(*batch, by_, how_, [&](index_t i, const splat& s) {
+          const auto key = key_of(s.z, first + static_cast<std::uint32_t>(i));
+          for_pixels(s, by_, [&](index_t pixel, float) { put(pixel, key); });
+        });
+    for (const auto& [batch, layer, place, first] : all_.lines)
+      if (batch->opacity == 1)
+        rasterize(*batch, by_, options_.supersampling, how_,
+                  [&, first](index_t i, index_t pixel, float z) {
+                    put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
+                  });
+    for (const auto& [batch, layer, place, first] : all_.triangles)
+      if (batch->opacity == 1)
+        rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
+          put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
+        });
+  }
+
+  [[nodiscard]] std::vector<color> colors() {
+    if (options_.blend) mix_splats();
+    std::vector<color> picture(nearest_.size());
+    const color background = color_of(one_color(options_.background), 0);
+    parallel_for(std::ssize(nearest_), how_, [&](index_t pixel) {
+      picture[pixel] = nearest_[pixel] == nothing ? background : color_at(pixel) * edge_at(pixel);
+    });
+    if (all_.is_transparent) lay_over(picture);
+    return picture;
+  }
+
+  [[nodiscard]] depth_and_number key_at(index_t pixel) const { return nearest_[pixel]; }
+
+ private:
+  void put(index_t pixel, depth_and_number key) {
+    const std::atomic_ref seen{nearest_[pixel]};
+    auto before = seen.load(std::memory_order_relaxed);
+    while (key < before && !seen.compare_exchange_weak(before, key, std::memory_order_relaxed)) {
+    }
+  }
+
+  [[nodiscard]] color lit_point(const point_batch& batch, index_t i) const {
+    const color own = color_of(batch.colors, i);
+    if (batch.normals.cols() == 0) return own;
+    const batch_placement place{by_, batch.origin};
+    return own *
+           light_on(place.linear * batch.normals.col(i), towards_eye(place(batch.points.col(i))));
+  }
+  [[nodiscard]] Eigen::Vector3f towards_eye(const Eigen::Vector3f& p) const {
+    return by_.is_orthographic ? Eigen::Vector3f{0, 0, -1} : Eigen::Vector3f{-p};
+  }
+
+  /// Where the pixel sees a triangle: the weights of its corners.
+  [[nodiscard]] color lit_triangle(const triangle_batch& batch, index_t i, index_t pixel) const {
+    const batch_placement place{by_, batch.origin};
+    const auto corners = batch.triangles.col(i);
+    Eigen::Matrix3d p;
+    for (int k = 0; k < 3; ++k) p.col(k) = place(batch.points.col(corners[k])).cast<double>();
+    const Eigen::Vector3d normal = (p.col(1) - p.col(0)).cross(p.col(2) - p.col(0));
+    const auto ray = by_.through(double(pixel % by_.width), double(pixel / by_.width));
+    const double t = normal.dot(p.col(0) - ray.origin) / normal.dot(ray.direction);
+    const Eigen::Vector3d at = ray.origin + t * ray.direction;
+    Eigen::Vector3f weights;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d a = p.col((k + 1) % 3), b = p.col((k + 2) % 3);
+      const double share = (b - a).cross(at - a).dot(normal) / normal.squaredNorm();
+      weights[k] = std::isfinite(share) ? float(std::clamp(share, 0.0, 1.0)) : 1 / 3.0f;
+    }
+    color own = color_of(batch.colors, corners[0]);
+    if (batch.colors.cols() > 1)
+      own = (weights[0] * own + weights[1] * color_of(batch.colors, corners[1]) +
+             weights[2] * color_of(batch.colors, corners[2])) /
+            weights.sum();
+    Eigen::Vector3f facing = normal.cast<float>();
+    if (batch.normals.cols() > 0) {
+      facing.setZero();
+      for (int k = 0; k < 3; ++k)
+        facing += weights[k] * (place.linear * batch.normals.col(corners[k]));
+    }
+    return own * light_on(facing, towards_eye(at.cast<float>()));
+  }
+
+  [[nodiscard]] color color_at(index_t pixel) const {
+    const auto number = static_cast<std::uint32_t>(nearest_[pixel]);
+    if (number >= all_.first_triangle) {
+      const auto& own = drawing::of(all_.triangles, number);
+      return lit_triangle(*own.batch, number - own.first, pixel);
+    }
+    if (number >= all_.first_line) {
+      const auto& own = drawing::of(all_.lines, number);
+      return color_of(own.batch->colors, number - own.first);
+    }
+    if (!sums_.empty()) {
+      const auto& [red_green, blue_weight] = sums_[pixel];
+      if (const auto weight = float(blue_weight & 0xffffffffu); weight > 0)
+        return color{float(red_green >> 32), float(red_green & 0xffffffffu),
+                     float(blue_weight >> 32)} /
+               weight;
+    }
+    const auto& own = drawing::of(all_.points, number);
+    return lit_point(*own.batch, number - own.first);
+  }
+
+  /// Adds up the splats that are hardly behind the nearest one.
+  void mix_splats() {
+    // No sum must reach 2^32, wherever all points are.
+    const auto most = std::uint32_t(
+        std::min<std::uint64_t>((1ull << 32) / (255ull * (all_.first_line + 1ull)), 16));
+    if (most == 0 || all_.points.empty()) return;
+    sums_.resize(nearest_.size());
+    for (const auto& [batch, layer, place, first] : all_.points) {
+      if (batch->opacity < 1) continue;
+      for_splats(*batch, by_, how_, [&, batch](index_t i, const splat& s) {
+        std::optional<std::array<std::uint64_t, 3>> own;
+        for_pixels(s, by_, [&](index_t pixel, float share) {
+          const auto key = nearest_[pixel];
+          if (static_cast<std::uint32_t>(key) >= all_.first_line ||
+              s.z - depth_of(key) > s.diameter)
+            return;
+          if (!own) {
+            const color lit = lit_point(*batch, i);
+            own.emplace();
+            for (int k = 0; k < 3; ++k) (*own)[k] = std::uint64_t(lit[k] + 0.5f);
+          }
+          const auto weight = std::uint64_t(1 + float(most - 1) * (1 - share));
+          auto& [red_green, blue_weight] = sums_[pixel];
+          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight);
+          add_to(blue_weight, (*own)[2] * weight << 32 | weight);
+        });
+      });
+    }
+  }
+
+  /// How much light is left where neighbours are nearer, by how much in relation to the distance.
+  [[nodiscard]] float edge_at(index_t pixel) const {
+    if (options_.edges == 0) return 1;
+    const int width = by_.width, height = by_.height;
+    const int reach =
+        std::max(1, int(std::lround(2.0 * options_.supersampling *
+                                    std::max(1.0, height / options_.supersampling / 720.0))));
+    const int x = int(pixel % width), y = int(pixel / width);
+    const float z = depth_of(nearest_[pixel]),
+                scale = by_.is_orthographic ? float(by_.fx) / float(width) : 1 / z;
+    float sum = 0;
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const int u = x + reach * dx, v = y + reach * dy;
+        if ((dx == 0 && dy == 0) || u < 0 || v < 0 || u >= width || v >= height) continue;
+        const auto key = nearest_[index_t(v) * width + u];
+        if (key == nothing) continue;
+        // Beyond this, nearer is just nearer.
+        constexpr float most = 0.02f;
+        sum += std::clamp((z - depth_of(key)) * scale, 0.0f, most);
+      }
+    return 1 / (1 + float(options_.edges) * 12 * sum);
+  }
+
+  /// Lays what is transparent over the picture.
+  void lay_over(std::vector<color>& picture) {
+    std::vector<veil> veils(picture.size());
+    const auto add = [&](index_t pixel, float z, const color& own, double opacity) {
+      if (!(z < depth_of(nearest_[pixel])) && nearest_[pixel] != nothing) return;
+      // Nearer ones count more, without an order.
+      const double share = by_.nearest > 0 ? std::clamp(by_.nearest * 1e3 / z, 1e-2, 1e2) : 1;
+      const auto weight = static_cast<std::uint64_t>(1 + 4096 * opacity * share * share);
+      auto& sum = veils[pixel];
+      add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f));
+      add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f));
+      add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f));
+      add_to(sum.weight, weight);
+      add_to(sum.opaqueness, static_cast<std::uint64_t>(-std::log2(1 - opacity) * 65536));
+    };
+    const auto is_seen = [](double opacity) { return opacity > 0 && opacity < 1; };
+    for (const auto& [batch, layer, place, first] : all_.points)
+      if (is_seen(batch->opacity))
+        for_splats(*batch, by_, how_, [&, batch](index_t i, const splat& s) {
+          const color own = lit_point(*batch, i);
+          for_pixels(s, by_, [&](index_t pixel, float) { add(pixel, s.z, own, batch->opacity); });
+        });
+    for (const auto& [batch, layer, place, first] : all_.lines)
+      if (is_seen(batch->opacity))
+        rasterize(*batch, by_, options_.supersampling, how_,
+                  [&, batch](index_t i, index_t pixel, float z) {
+                    add(pixel, z, color_of(batch->colors, i), batch->opacity);
+                  });
+    for (const auto& [batch, layer, place, first] : all_.triangles)
+      if (is_seen(batch->opacity))
+        rasterize(*batch, by_, how_, [&, batch](index_t i, index_t pixel, float z) {
+          add(pixel, z, lit_triangle(*batch, i, pixel), batch->opacity);
+        });
+    parallel_for(std::ssize(picture), how_, [&](index_t pixel) {
+      const auto& sum = veils[pixel];
+      if (sum.weight == 0) return;
+      const auto through = float(std::exp2(-double(sum.opaqueness) / 65536));
+      const color mean =
+          color{float(sum.red), float(sum.green), float(sum.blue)} / float(sum.weight);
+      picture[pixel] = through * picture[pixel] + (1 - through) * mean;
+    });
+  }
+
+  const drawing& all_;
+  const projector& by_;
+  const render_options& options_;
+  execution how_;
+  std::vector<depth_and_number> nearest_;
+  std::vector<color_sum> sums_;  ///< Of each pixel, where splats are mixed.
+};
+
+struct picture_size {
+  int width, height;
+};
+picture_size size_of(const view& from, const render_options& o) {
+  const auto& camera = from.camera;
+  expect_camera(camera, "render");
+  expects(from.distance > 0 && std::isfinite(from.distance),
+          "render: the distance of the view must be positive and finite");
+  expects(o.width >= 0 && o.height >= 0 && (o.width > 0) == (o.height > 0),
+          "render: .width and .height must be both positive, or both 0 for those of the camera");
+  expects(1 <= o.supersampling && o.supersampling <= 8,
+          "render: .supersampling must be from 1 to 8");
+  expect_between(0, o.edges, 1e6, "render: edges");
+  const picture_size size{o.width > 0 ? o.width : camera.width,
+                          o.height > 0 ? o.height : camera.height};
+  constexpr int longest = 1 << 15;
+  constexpr index_t most = index_t(1) << 28;
+  expects(
+      size.width <= longest && size.height <= longest &&
+          index_t(size.width) * size.height * o.supersampling * o.supersampling <= most,
+      "render: the picture is larger than 32768 x 32768, or than 2^28 pixels when supersampled");
+  return size;
+}
+
+}  // namespace
+
+image<rgb> render(const scene& all, const view& from, const render_options& options) {
+  const auto [width, height] = size_of(from, options);
+  const int fine = options.supersampling;
+  const drawing drawn{all};
+  const projector by{from, width, height, fine};
+  painter paint{drawn, by, options};
+  paint.find_nearest();
+  const auto colors = paint.colors();
+
+  image<rgb> picture(width, height);
+  parallel_for(height, {.threads = options.threads}, [&](index_t y) {
+    for (int x = 0; x < width; ++x) {
+      color sum = color::Zero();
+      for (int v = 0; v < fine; ++v)
+        for (int u = 0; u < fine; ++u)
+          sum += colors[(y * fine + v) * by.width + index_t(x) * fine + u];
+      sum /= float(fine * fine);
+      for (int k = 0; k < 3; ++k)
+        picture(x, int(y))[k] = static_cast<std::uint8_t>(std::clamp(sum[k], 0.0f, 255.0f) + 0.5f);
+    }
+  });
+  draw_overlay(picture, all, projector{from, width, height, 1}, options);
+  return picture;
+}
+
+std::optional<picked> pick(const scene& all, const view& from, double x, double y,
+                           const render_options& options) {
+  const auto [width, height] = size_of(from, options);
+  expects(std::isfinite(x) && std::isfinite(y), "pick: the pixel must be finite");
+  const double column = std::floor(x + 0.5), row = std::floor(y + 0.5);
+  if (column < 0 || row < 0 || column >= width || row >= height) return std::nullopt;
+  // The one pixel as a picture.
+  projector by{from, width, height, 1};
+  by.cx -= column;
+  by.cy -= row;
+  by.width = by.height = 1;
+  const drawing drawn{all};
+  painter paint{drawn, by, options};
+  paint.find_nearest();
+  const auto key = paint.key_at(0);
+  if (key == nothing) return std::nullopt;
+
+  const auto ray = by.through(0, 0);
+  const Eigen::Vector3d at = ray.origin + depth_of(key) * ray.direction;
+  const auto number = static_cast<std::uint32_t>(key);
+  const auto result = [&](const auto& own) {
+    return picked{own.layer->name, own.place, index_t(number) - own.first,
+                  by.to_camera.transpose() * at + by.eye};
+  };
+  if (number >= drawn.first_triangle) return result(drawing::of(drawn.triangles, number));
+  if (number >= drawn.first_line) return result(drawing::of(drawn.lines, number));
+  return result(drawing::of(drawn.points, number));
+}
+
+}  // namespace cilantro

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.visualization:render;
+
+import cilantro.standard;
+import cilantro.core;
+import :canvas;
+import :scene;
+import :view;
+
+namespace cilantro {
+
+/// Options of `render` and `write_picture`.
+export struct render_options {
+  int width = 0, height = 0;      ///< In pixels; 0: those of the camera. No view is stretched.
+  rgb background = {24, 26, 32};  ///< Where nothing is.
+  /// Whether splats that lie on each other are mixed; otherwise the nearest is seen alone, which is
+  /// faster and coarser. More than 16 million points are never mixed.
+  bool blend = true;
+  /// How dark what lies behind an edge becomes, in multiples of what is usual; 0: not at all. Shows
+  /// shape where there are no normals.
+  /// Source: Boucheny 2009, "Interactive scientific visualization of large datasets: towards a
+  /// perceptive-based approach" (eye-dome lighting).
+  double edges = 1;
+  /// Each pixel is the mean of so many along each axis: lines and borders become smooth. 1 to 8.
+  int supersampling = 1;
+  bool labels = true;   ///< Whether texts are drawn.
+  bool legends = true;  ///< Whether bars of colours are drawn.
+  int threads = 0;
+  task_monitor monitor = {};
+};
+
+/// Draws a scene, without a display, a graphics card or a driver: points as round splats, lines,
+/// triangles, what is transparent (in any order, it looks the same), and over them texts and bars
+/// of colours. The same bits for any number of threads and any vector target. Throws
+/// `invalid_input` for options that make no sense, for pictures larger than 32768 × 32768 or than
+/// 2²⁸ pixels, and for more than 2³² − 2 things to draw; `cancelled`. O(points + pixels).
+/// Source of the transparency: McGuire & Bavoil 2013, "Weighted blended order-independent
+/// transparency".
+export [[nodiscard]] image<rgb> render(const scene& all, const view& from,
+                                       const render_options& options = {});
+
+/// What is seen in a pixel.
+export struct picked {
+  std::string layer;      ///< The name of the layer.
+  index_t batch = 0;      ///< Which of the layer's batches of its kind: points, lines or triangles.
+  index_t index = 0;      ///< Which point, line or triangle of the batch.
+  Eigen::Vector3d place;  ///< Where it is seen, in the world.
+};
+/// What `render` draws at pixel (x, y) of the picture, counted from the top left; nothing where the
+/// background or only what is transparent is. Throws as `render` does.
+export [[nodiscard]] std::optional<picked> pick(const scene& all, const view& from, double x,
+                                                double y, const render_options& options = {});
+
+}  // namespace cilantro

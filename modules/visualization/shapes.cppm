@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+//
+// Lines and triangles that stand for something.
+export module cilantro.visualization:shapes;
+
+import cilantro.standard;
+import cilantro.cloud;
+import :canvas;
+import :clouds;
+
+namespace cilantro {
+
+/// Batches are drawn as they are.
+export void draw(const point_batch& batch, canvas& on);
+export void draw(const line_batch& batch, canvas& on);
+export void draw(const triangle_batch& batch, canvas& on);
+export void draw(const label& text, canvas& on);
+
+/// Options of `normal_lines`.
+export struct normal_lines_options {
+  positive length = 1;         ///< Of each line, in the units of the points.
+  index_t every = 1;           ///< Only so many points from one with a line to the next.
+  rgb color = {90, 200, 255};  ///< Of the lines.
+};
+/// A line along the normal of each point that has one. Throws `invalid_input` for points without
+/// normals, or of other than three dimensions.
+export template <PointsSource P>
+[[nodiscard]] line_batch normal_lines(const P& points, const normal_lines_options& options) {
+  static_assert(dimension_of<P> == 3 || dimension_of<P> == dynamic,
+                "normal_lines: points must have three dimensions");
+  expects(options.every >= 1, "normal_lines: .every must be at least 1");
+  const auto view = points_in(points);
+  const auto normals = normals_in(points);
+  expects(normals.size() == view.size() && (view.empty() || view.dimension() == 3),
+          "normal_lines: points must have three dimensions and normals; estimate them first");
+  line_batch lines{.colors = one_color(options.color)};
+  lines.origin = middle_of(view);
+  std::vector<Eigen::Vector3f> ends;
+  for (index_t i = 0; i < view.size(); i += options.every) {
+    if (!is_finite(view[i]) || !is_finite(normals[i]) || normals[i].isZero(0)) continue;
+    const Eigen::Vector3d from = view[i].template cast<double>() - lines.origin;
+    const Eigen::Vector3d to = from + double(options.length) * normals[i].template cast<double>();
+    ends.push_back(from.cast<float>());
+    ends.push_back(to.cast<float>());
+  }
+  lines.points.resize(3, std::ssize(ends));
+  for (index_t i = 0; i < lines.points.cols(); ++i) lines.points.col(i) = ends[i];
+  if constexpr (PointCloud<P>)
+    if (points.has_origin()) lines.origin += Eigen::Vector3d{points.full_origin()};
+  return lines;
+}
+
+/// Pairs of indices, of a source point and a target point: `correspondences`, or pairs of numbers.
+export template <class R>
+concept IndexPairs =
+    std::ranges::input_range<R> &&
+    (requires(const std::ranges::range_value_t<R>& pair) { index_t(pair.source), index_t(pair.target); } ||
+     requires(const std::ranges::range_value_t<R>& pair) { index_t(pair.first), index_t(pair.second); });
+
+/// A line from each source point to its target point. Throws `invalid_input` for an index that is
+/// not one of a point, and for more than three dimensions.
+export template <PointsSource P, PointsSource T, IndexPairs R>
+[[nodiscard]] line_batch pair_lines(const P& source, const T& target, const R& pairs,
+                                    const rgb& color = {255, 220, 90}) {
+  const auto from = points_in(source);
+  const auto to = points_in(target);
+  expects(from.dimension() <= 3 && to.dimension() <= 3,
+          "pair_lines: points must have at most three dimensions");
+  expect_same_origin(source, target, "pair_lines");
+  line_batch lines{.colors = one_color(color)};
+  lines.origin = middle_of(from);
+  std::vector<Eigen::Vector3f> ends;
+  const auto add = [&](const auto& view, index_t i) {
+    expects(0 <= i && i < view.size(), "pair_lines: an index is not one of a point");
+    Eigen::Vector3d p = -lines.origin;
+    for (index_t d = 0; d < view.dimension(); ++d) p[d] += double(view[i][d]);
+    ends.push_back(p.cast<float>());
+  };
+  for (const auto& pair : pairs) {
+    if constexpr (requires { pair.source; }) {
+      add(from, pair.source);
+      add(to, pair.target);
+    } else {
+      add(from, pair.first);
+      add(to, pair.second);
+    }
+  }
+  lines.points.resize(3, std::ssize(ends));
+  for (index_t i = 0; i < lines.points.cols(); ++i) lines.points.col(i) = ends[i];
+  if constexpr (PointCloud<P>)
+    if (source.has_origin())
+      for (index_t d = 0; d < source.dimension(); ++d) lines.origin[d] += source.full_origin()[d];
+  return lines;
+}
+
+/// The axes of a pose: x red, y green, z blue, each `length` long.
+export [[nodiscard]] line_batch frame_lines(const Eigen::Isometry3d& pose, positive length = 1);
+
+/// What a camera sees, as a pyramid whose base is `depth` ahead.
+export [[nodiscard]] line_batch frustum_lines(const pinhole_camera<double>& camera,
+                                              positive depth = 1,
+                                              const rgb& color = {255, 160, 60});
+
+/// The twelve edges of a box. Throws `invalid_input` for a box that is empty or not finite.
+export [[nodiscard]] line_batch box_lines(const Eigen::AlignedBox3d& edges,
+                                          const rgb& color = {220, 220, 220});
+
+/// Options of `grid_lines`.
+export struct grid_lines_options {
+  double height = 0;          ///< The z of the grid.
+  positive step = 1;          ///< From one line to the next.
+  int cells = 10;             ///< Along each side, from 1 to 1000.
+  rgb color = {90, 90, 100};  ///< Of the lines.
+};
+/// A grid of squares of constant z, around z axis. Throws `invalid_input` for options that make no
+/// sense.
+export [[nodiscard]] line_batch grid_lines(const grid_lines_options& options = {});
+
+/// The triangles of a mesh with the given points, `3 × M` indices of these. With colours and
+/// normals, if the points have them.
+export template <PointsSource P>
+[[nodiscard]] triangle_batch triangle_mesh(const P& points,
+                                           const Eigen::Ref<const Eigen::Matrix3Xi>& triangles,
+                                           const rgb& color = {200, 200, 200}) {
+  // A mesh has the points, colours and normals that a cloud has.
+  canvas on;
+  draw(points, on, {.color = own_colors{color}, .size = splat_pixels{}});
+  const point_batch& drawn = on.points()[0];
+  return {.points = drawn.points,
+          .origin = drawn.origin,
+          .triangles = triangles,
+          .colors = drawn.colors,
+          .normals = drawn.normals};
+}
+
+/// The edges of the triangles of a mesh, each once.
+export [[nodiscard]] line_batch wireframe(const triangle_batch& mesh,
+                                          const rgb& color = {40, 40, 45});
+
+}  // namespace cilantro

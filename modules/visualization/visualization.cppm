@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.visualization: scenes, and pictures of them without a display.
+export module cilantro.visualization;
+
+export import cilantro.io;
+export import :color_map;
+export import :canvas;
+export import :scene;
+export import :view;
+export import :clouds;
+export import :shapes;
+export import :render;
+export import :picture;

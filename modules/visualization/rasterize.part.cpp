@@ -29,6 +29,16 @@ struct pixel_span {
   }
 };
 
+/// As those of the C library, which are calls: of numbers that an int can hold.
+inline int floor_of(float x) {
+  const int whole = static_cast<int>(x);
+  return whole - static_cast<int>(float(whole) > x);
+}
+inline int ceil_of(float x) {
+  const int whole = static_cast<int>(x);
+  return whole + static_cast<int>(float(whole) < x);
+}
+
 /// A splat in the picture: its middle and radius in pixels, and its depth and diameter.
 struct splat {
   float x, y, radius, z, diameter;
@@ -68,21 +78,21 @@ void for_splats(const point_batch& batch, const projector& by, const execution& 
 template <class F>
 void for_pixels(const splat& s, const projector& by, F&& f) {
   if (s.radius < 0.71f) {
-    const int x = static_cast<int>(std::floor(s.x + 0.5f)),
-              y = static_cast<int>(std::floor(s.y + 0.5f));
+    const int x = floor_of(s.x + 0.5f), y = floor_of(s.y + 0.5f);
     if (0 <= x && x < by.width && 0 <= y && y < by.height) f(index_t(y) * by.width + x, 0.0f);
     return;
   }
   const float square = s.radius * s.radius, inverse = 1 / square;
-  const int y_begin = std::max(static_cast<int>(std::ceil(s.y - s.radius)), 0);
-  const int y_end = std::min(static_cast<int>(std::floor(s.y + s.radius)), by.height - 1);
+  const int y_begin = std::max(ceil_of(s.y - s.radius), 0);
+  const int y_end = std::min(floor_of(s.y + s.radius), by.height - 1);
   for (int y = y_begin; y <= y_end; ++y) {
     const float dy = float(y) - s.y, half = std::sqrt(std::max(square - dy * dy, 0.0f));
-    const int x_begin = std::max(static_cast<int>(std::ceil(s.x - half)), 0);
-    const int x_end = std::min(static_cast<int>(std::floor(s.x + half)), by.width - 1);
+    const int x_begin = std::max(ceil_of(s.x - half), 0);
+    const int x_end = std::min(floor_of(s.x + half), by.width - 1);
+    const index_t row = index_t(y) * by.width;
     for (int x = x_begin; x <= x_end; ++x) {
       const float dx = float(x) - s.x;
-      f(index_t(y) * by.width + x, (dx * dx + dy * dy) * inverse);
+      f(row + x, (dx * dx + dy * dy) * inverse);
     }
   }
 }

@@ -106,8 +106,12 @@ struct veil {
   std::uint64_t red = 0, green = 0, blue = 0, weight = 0, opaqueness = 0;
 };
 
-void add_to(std::uint64_t& sum, std::uint64_t value) {
-  std::atomic_ref{sum}.fetch_add(value, std::memory_order_relaxed);
+/// `is_alone`: no other thread is there.
+void add_to(std::uint64_t& sum, std::uint64_t value, bool is_alone) {
+  if (is_alone)
+    sum += value;
+  else
+    std::atomic_ref{sum}.fetch_add(value, std::memory_order_relaxed);
 }
 
 /// One picture in the making.
@@ -118,6 +122,7 @@ class painter {
         by_{by},
         options_{options},
         how_{options.threads, task_monitor{{}, options.monitor.stop}},
+        is_alone_{options.threads == 1},
         nearest_(static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
                  nothing) {}
 
@@ -156,6 +161,10 @@ class painter {
 
  private:
   void put(index_t pixel, depth_and_number key) {
+    if (is_alone_) {
+      nearest_[pixel] = std::min(nearest_[pixel], key);
+      return;
+    }
     const std::atomic_ref seen{nearest_[pixel]};
     auto before = seen.load(std::memory_order_relaxed);
     while (key < before && !seen.compare_exchange_weak(before, key, std::memory_order_relaxed)) {
@@ -247,8 +256,8 @@ class painter {
           }
           const auto weight = std::uint64_t(1 + float(most - 1) * (1 - share));
           auto& [red_green, blue_weight] = sums_[pixel];
-          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight);
-          add_to(blue_weight, (*own)[2] * weight << 32 | weight);
+          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight, is_alone_);
+          add_to(blue_weight, (*own)[2] * weight << 32 | weight, is_alone_);
         });
       });
     }
@@ -287,11 +296,12 @@ class painter {
       const double share = by_.nearest > 0 ? std::clamp(by_.nearest * 1e3 / z, 1e-2, 1e2) : 1;
       const auto weight = static_cast<std::uint64_t>(1 + 4096 * opacity * share * share);
       auto& sum = veils[pixel];
-      add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f));
-      add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f));
-      add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f));
-      add_to(sum.weight, weight);
-      add_to(sum.opaqueness, static_cast<std::uint64_t>(-std::log2(1 - opacity) * 65536));
+      add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f), is_alone_);
+      add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f), is_alone_);
+      add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f), is_alone_);
+      add_to(sum.weight, weight, is_alone_);
+      add_to(sum.opaqueness, static_cast<std::uint64_t>(-std::log2(1 - opacity) * 65536),
+             is_alone_);
     };
     const auto is_seen = [](double opacity) { return opacity > 0 && opacity < 1; };
     for (const auto& [batch, layer, place, first] : all_.points)
@@ -325,6 +335,7 @@ class painter {
   const projector& by_;
   const render_options& options_;
   execution how_;
+  bool is_alone_;  ///< Whether there is one thread only.
   std::vector<depth_and_number> nearest_;
   std::vector<color_sum> sums_;  ///< Of each pixel, where splats are mixed.
 };

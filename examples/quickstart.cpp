@@ -7,6 +7,7 @@
 #include <utility>
 
 import cilantro;
+import cilantro.visualization;
 import scan_io;
 using namespace cilantro;
 
@@ -49,9 +50,12 @@ int main(int argc, char** argv) try {
                                           {.min_cluster_size = 50});
   both.colors = label_colors(parts.labels());
 
-  write_png(side_by_side(in_two_colors(target, source, first.camera, voxel),
-                         side_by_side(in_two_colors(target, aligned, first.camera, voxel),
-                                      shaded(both, first.camera, voxel))),
+  const auto seen = [&](const scene& what) {
+    return render(what, view{first.camera}, {.supersampling = 2});
+  };
+  write_png(side_by_side(seen(in_two_colors(target, source)),
+                         side_by_side(seen(in_two_colors(target, aligned)),
+                                      seen(scene{}.set("parts", both)))),
             "out/cloud.png");
   std::cout << report << "aligned: " << found.status << " after " << found.iterations
             << " iterations, " << found.pairs << " pairs, overlap " << found.overlap << ", rmse "

@@ -16,6 +16,7 @@
 #include "common_options.hpp"
 
 import cilantro;
+import cilantro.visualization;
 import scan_io;
 import tool;
 using namespace cilantro;
@@ -98,12 +99,8 @@ void run(const align_settings& settings, const point_cloud<S, 3>& source,
     throw std::runtime_error{
         "no transform was found: there are too few pairs; try another --max-distance"};
   if (!settings.output.empty()) write_cloud(aligned, settings.output);
-  if (!settings.picture.empty()) {
-    const auto below = cast<float>(target);
-    write_png(in_two_colors(below, cast<float>(aligned), camera_in_front_of(below),
-                            diagonal(below) / 300),
-              settings.picture);
-  }
+  if (!settings.picture.empty())
+    write_picture(in_two_colors(target, aligned), settings.picture, picture_look);
 }
 
 }  // namespace

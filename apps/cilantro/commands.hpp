@@ -16,3 +16,4 @@ void add_segment(CLI::App& app);
 void add_plane(CLI::App& app);
 void add_hull(CLI::App& app);
 void add_crop(CLI::App& app);
+void add_picture(CLI::App& app);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|warp|segment|plane|hull|crop: point clouds on the command line.
-// Ends with 0, with 1 if something failed, and with 2 if the command line makes no sense.
+// cilantro info|convert|run|align|warp|segment|plane|hull|crop|picture: point clouds on the command
+// line. Ends with 0, with 1 if something failed, and with 2 if the command line makes no sense.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
@@ -9,7 +9,8 @@
 #include "commands.hpp"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Reads, converts, processes, aligns, bends and segments point clouds.", "cilantro"};
+  CLI::App app{"Reads, converts, processes, aligns, bends, segments and draws point clouds.",
+               "cilantro"};
   app.require_subcommand(1);
   app.footer(
       "Files are .ply, .pcd, .xyz, .txt, .asc, .csv, .pts, and depth images as .png to read.");
@@ -22,6 +23,7 @@ int main(int argc, char** argv) {
   add_plane(app);
   add_hull(app);
   add_crop(app);
+  add_picture(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

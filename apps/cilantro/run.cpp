@@ -12,7 +12,7 @@
 #include "common_options.hpp"
 
 import cilantro;
-import scan_io;
+import cilantro.visualization;
 import steps;
 import tool;
 using namespace cilantro;
@@ -44,9 +44,9 @@ void run(const run_settings& settings, const std::vector<tool_step>& steps) {
     std::visit([&](const auto& c) { write_cloud(c, settings.output, line.monitor()); }, cloud);
   }
   if (!settings.picture.empty()) {
-    const auto seen = std::visit([](const auto& c) { return cast<float>(c); }, cloud);
-    const auto eye = camera.value_or(camera_in_front_of(seen));
-    write_png(shaded(seen, eye, diagonal(seen) / 300), settings.picture);
+    scene all;
+    std::visit([&](const auto& c) { all.set("cloud", c); }, cloud);
+    write_picture(all, camera ? view{*camera} : fit(all), settings.picture, picture_look);
   }
   if (!settings.quiet) std::cerr << report;
 }

@@ -15,7 +15,7 @@
 #include "common_options.hpp"
 
 import cilantro;
-import scan_io;
+import cilantro.visualization;
 import tool;
 using namespace cilantro;
 
@@ -63,9 +63,8 @@ void run(const segment_settings& settings, point_cloud<S, 3>& cloud,
   }
   if (!settings.output.empty()) write_cloud(cloud, settings.output);
   if (!settings.picture.empty()) {
-    const auto seen = cast<float>(cloud);
-    write_png(shaded(seen, camera.value_or(camera_in_front_of(seen)), diagonal(seen) / 300),
-              settings.picture);
+    const auto all = scene{}.set("parts", cloud, cloud_look{.color = by_label{"cluster"}});
+    write_picture(all, camera ? view{*camera} : fit(all), settings.picture, picture_look);
   }
 }
 

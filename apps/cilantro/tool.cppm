@@ -17,6 +17,7 @@ module;
 export module tool;
 
 import cilantro;
+import cilantro.visualization;
 using namespace cilantro;
 
 /// Shows the progress of long work on a terminal, on one line that disappears at the end.
@@ -48,6 +49,9 @@ export class progress_line {
   bool shown_;
   int drawn_ = -1;
 };
+
+/// How all pictures are drawn.
+export const render_options picture_look{.supersampling = 2};
 
 /// What a depth image is read with.
 export struct depth_settings {

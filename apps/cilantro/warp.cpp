@@ -18,6 +18,7 @@
 #include "common_options.hpp"
 
 import cilantro;
+import cilantro.visualization;
 import scan_io;
 import tool;
 using namespace cilantro;
@@ -96,12 +97,8 @@ void run(const warp_settings& settings, point_cloud<S, 3> source, const point_cl
   const auto warped =
       warp(std::move(source), found.transform, execution{.threads = settings.threads});
   if (!settings.output.empty()) write_cloud(warped, settings.output);
-  if (!settings.picture.empty()) {
-    const auto below = cast<float>(target);
-    write_png(
-        in_two_colors(below, cast<float>(warped), camera_in_front_of(below), diagonal(below) / 300),
-        settings.picture);
-  }
+  if (!settings.picture.empty())
+    write_picture(in_two_colors(target, warped), settings.picture, picture_look);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ module;
 export module scan_io;
 
 import cilantro;
+import cilantro.visualization;
 import simulated_room;
 
 /// A cloud, and the camera that it is looked at with.
@@ -73,52 +74,13 @@ export scan open_scan(const std::filesystem::path& path) {
   return result;
 }
 
-/// The cloud as `camera` sees it, each point a square of edge `size`: in its colour, or tinted by
-/// where its normal points; as bright as that faces the camera. Grey if neither is known.
-export cilantro::image<cilantro::rgb> shaded(const cilantro::point_cloud<float, 3>& cloud,
-                                             const cilantro::pinhole_camera<float>& camera,
-                                             double size) {
-  const auto seen = cilantro::project(cloud.points, camera, {.point_size = size});
-  cilantro::image<cilantro::rgb> picture(camera.width, camera.height, {24, 26, 32});
-  for (int y = 0; y < camera.height; ++y)
-    for (int x = 0; x < camera.width; ++x) {
-      const std::int32_t i = seen(x, y);
-      if (i < 0) continue;
-      float light = 0.8f;
-      Eigen::Vector3f tint{0.8f, 0.8f, 0.8f};
-      if (cloud.has_normals()) {
-        const Eigen::Vector3f to_eye =
-            (camera.to_world.translation() - cloud.points.col(i)).normalized();
-        // Normals that nobody has turned point anywhere.
-        Eigen::Vector3f normal = cloud.normals.col(i);
-        if (normal.dot(to_eye) < 0) normal = -normal;
-        light = 0.25f + 0.75f * normal.dot(to_eye);
-        tint = Eigen::Vector3f::Constant(0.7f) + 0.3f * normal;
-      }
-      if (cloud.has_colors()) tint = cloud.colors.col(i).cwiseMax(0.0f).cwiseMin(1.0f);
-      for (int c = 0; c < 3; ++c)
-        picture(x, y)[static_cast<std::size_t>(c)] =
-            static_cast<std::uint8_t>(255 * light * tint[c] + 0.5f);
-    }
-  return picture;
-}
-
 /// Two clouds in one picture, the first orange and the second blue.
-export cilantro::image<cilantro::rgb> in_two_colors(const cilantro::point_cloud<float, 3>& first,
-                                                    const cilantro::point_cloud<float, 3>& second,
-                                                    const cilantro::pinhole_camera<float>& camera,
-                                                    double size) {
-  const bool have_normals = first.has_normals() && second.has_normals();
-  const auto painted = [&](const cilantro::point_cloud<float, 3>& cloud,
-                           const Eigen::Vector3f& color) {
-    cilantro::point_cloud<float, 3> plain{.points = cloud.points,
-                                          .colors = color.replicate(1, cloud.points.cols())};
-    if (have_normals) plain.normals = cloud.normals;
-    plain.origin = cloud.origin;
-    return plain;
-  };
-  return shaded(append(painted(first, {1.0f, 0.6f, 0.2f}), painted(second, {0.3f, 0.6f, 1.0f})),
-                camera, size);
+export template <cilantro::PointCloud A, cilantro::PointCloud B>
+cilantro::scene in_two_colors(const A& first, const B& second) {
+  using cilantro::cloud_look, cilantro::rgb;
+  return cilantro::scene{}
+      .set("first", first, cloud_look{.color = rgb{255, 153, 51}})
+      .set("second", second, cloud_look{.color = rgb{77, 153, 255}});
 }
 
 /// Two pictures of the same height, side by side.

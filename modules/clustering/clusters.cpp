@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -51,12 +52,23 @@ std::vector<index_t> clusters::sizes() const {
 }
 
 Eigen::Matrix<float, 3, dynamic> label_colors(std::span<const clusters::label> labels) {
+  // Four usual ones, then each as far in CIELAB as can be from those before it and from the grey,
+  // among colours that stand out from black, white and grey.
+  static constexpr std::array<std::array<int, 3>, 20> first{
+      {{30, 120, 210},  {240, 135, 20},  {45, 160, 60},   {215, 45, 50},  {25, 235, 235},
+       {240, 120, 195}, {220, 220, 25},  {235, 210, 150}, {120, 60, 200}, {130, 95, 25},
+       {205, 190, 240}, {225, 135, 130}, {25, 135, 105},  {25, 160, 200}, {125, 80, 135},
+       {155, 230, 170}, {235, 25, 115},  {145, 235, 75},  {135, 150, 25}, {200, 25, 175}}};
   constexpr float golden = 0.61803399f;  // Of a turn, which spreads any number of hues.
   Eigen::Matrix<float, 3, dynamic> colors(3, std::ssize(labels));
   for (index_t i = 0; i < colors.cols(); ++i) {
     const auto l = labels[i];
     if (l < 0) {
       colors.col(i).setConstant(0.25f);
+      continue;
+    }
+    if (std::cmp_less(l, first.size())) {
+      for (index_t c = 0; c < 3; ++c) colors(c, i) = float(first[l][c]) / 255;
       continue;
     }
     const float hue = 6 * std::fmod(0.1f + golden * float(l % 4096), 1.0f);

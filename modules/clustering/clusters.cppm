@@ -52,8 +52,9 @@ export class clusters {
   std::vector<std::int32_t> members_;
 };
 
-/// A colour for each label: red, green and blue in [0, 1]. A label always has the same colour, and
-/// consecutive labels have very different ones; points without a cluster are dark grey.
+/// A colour for each label: red, green and blue in [0, 1]. A label always has the same colour.
+/// Those of the first twenty are all clearly different, at least 34 apart in CIELAB, and of
+/// consecutive ones after them, too; points without a cluster are dark grey.
 export [[nodiscard]] Eigen::Matrix<float, 3, dynamic> label_colors(
     std::span<const clusters::label> labels);
 

@@ -13,11 +13,23 @@ module;
 #include <vector>
 module cilantro.visualization;
 
+import cilantro.clustering;
+
 namespace cilantro {
 namespace {
 
 void set(color_matrix& colors, index_t i, const rgb& color) {
   colors.col(i) << color[0], color[1], color[2];
+}
+
+color_matrix in_bytes(points_view<float, 3> shares) {
+  color_matrix colors(3, shares.size());
+  for (index_t i = 0; i < colors.cols(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const float share = shares[i][k];
+      colors(k, i) = std::uint8_t(255 * (share > 0 ? std::min(share, 1.0f) : 0.0f) + 0.5f);
+    }
+  return colors;
 }
 
 const attribute& attribute_named(const points_to_draw& all, const std::string& name) {
@@ -74,13 +86,7 @@ struct colorer {
   color_matrix operator()(const rgb& one) const { return one_color(one); }
   color_matrix operator()(const own_colors& own) const {
     if (all.colors.empty()) return one_color(own.otherwise);
-    color_matrix colors(3, all.colors.size());
-    for (index_t i = 0; i < colors.cols(); ++i)
-      for (int k = 0; k < 3; ++k) {
-        const float share = all.colors[i][k];
-        colors(k, i) = std::uint8_t(255 * (share > 0 ? std::min(share, 1.0f) : 0.0f) + 0.5f);
-      }
-    return colors;
+    return in_bytes(all.colors);
   }
   color_matrix operator()(const by_attribute& by) const {
     return colored_by(values_of(attribute_named(all, by.name)), by, by.name, on);
@@ -93,17 +99,19 @@ struct colorer {
   }
   color_matrix operator()(const by_label& by) const {
     const auto& labels = attribute_named(all, by.name);
-    color_matrix colors(3, labels.size());
+    std::vector<clusters::label> numbers;
     std::visit(
         [&]<class T>(const std::vector<T>& values) {
           expects(std::integral<T>,
                   "by_label: the attribute \"" + by.name +
                       "\" does not hold whole numbers; by_attribute takes any numbers");
-          for (index_t i = 0; i < colors.cols(); ++i)
-            set(colors, i, label_color(static_cast<std::int64_t>(values[i])));
+          for (const T value : values)
+            numbers.push_back(value < T{0} ? -1
+                                           : clusters::label(std::uint64_t(value) & 0x3fffffff));
         },
         labels.values);
-    return colors;
+    const auto colors = label_colors(numbers);
+    return in_bytes(as_points(colors));
   }
   color_matrix operator()(const by_normal&) const {
     expects(all.normals.cols() > 0 || all.points.cols() == 0,
@@ -122,8 +130,8 @@ struct colorer {
 Eigen::VectorXf spacing_of(const Eigen::Matrix3Xf& points, double factor) {
   Eigen::VectorXf sizes = Eigen::VectorXf::Zero(points.cols());
   const kd_tree tree{points};
-  // With itself, the fourth.
-  visit_neighborhoods(tree, points, knn{4}, [&](const neighborhood_block<float>& block) {
+  // With itself, the ninth.
+  visit_neighborhoods(tree, points, knn{9}, [&](const neighborhood_block<float>& block) {
     for (index_t i = 0; i < block.size(); ++i)
       for (const auto& near : block[i])
         sizes[block.query(i)] = std::max(sizes[block.query(i)], near.distance);

@@ -80,17 +80,4 @@ rgb jet(double share) {
   return {channel(0.75), channel(0.5), channel(0.25)};
 }
 
-rgb label_color(std::int64_t label) {
-  // Four usual ones, then each as far in CIELAB as can be from those before it, from the grey and
-  // from `color_map::unknown`, among colours that stand out from black, white and grey.
-  static constexpr std::array colors = {
-      rgb{30, 120, 210}, rgb{240, 135, 20},  rgb{45, 160, 60},   rgb{215, 45, 50},
-      rgb{25, 235, 235}, rgb{240, 120, 195}, rgb{220, 220, 25},  rgb{235, 210, 150},
-      rgb{120, 60, 200}, rgb{130, 95, 25},   rgb{205, 190, 240}, rgb{225, 135, 130},
-      rgb{25, 135, 105}, rgb{25, 160, 200},  rgb{125, 80, 135},  rgb{155, 230, 170},
-      rgb{235, 25, 115}, rgb{145, 235, 75},  rgb{135, 150, 25},  rgb{200, 25, 175}};
-  if (label < 0) return {105, 105, 105};
-  return colors[static_cast<std::uint64_t>(label) % colors.size()];
-}
-
 }  // namespace cilantro

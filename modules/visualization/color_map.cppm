@@ -66,9 +66,4 @@ export class color_map {
   std::array<rgb, steps + 1> table_;
 };
 
-/// A colour for the members of a cluster. Those of the labels from 0 to 19 are all clearly
-/// different, at least 34 apart in CIELAB, the earlier the more; then they repeat. Negative labels,
-/// of noise, are a dim grey.
-export [[nodiscard]] rgb label_color(std::int64_t label);
-
 }  // namespace cilantro

@@ -93,7 +93,7 @@ color color_of(const color_matrix& colors, index_t i) {
 float light_on(const Eigen::Vector3f& normal, const Eigen::Vector3f& towards) {
   const float lengths = normal.squaredNorm() * towards.squaredNorm();
   if (!(lengths > 0)) return 1;
-  return 0.3f + 0.7f * std::min(std::abs(normal.dot(towards)) / std::sqrt(lengths), 1.0f);
+  return 0.4f + 0.6f * std::min(std::abs(normal.dot(towards)) / std::sqrt(lengths), 1.0f);
 }
 
 /// The weighted sum of colours in a pixel, as integers: the order does not matter.

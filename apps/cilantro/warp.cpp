@@ -32,7 +32,8 @@ struct warp_settings {
   double spacing = 0, max_distance = std::numeric_limits<double>::infinity();
   double stiffness = non_rigid_options{}.stiffness, kernel = 0;
   std::optional<double> rigidity;
-  int iterations = non_rigid_options{}.max_iterations, threads = 0;
+  int iterations = non_rigid_options{}.max_iterations,
+      final_iterations = non_rigid_options{}.final_iterations, threads = 0;
   index_t normals = 10;
   bool affine = false, as_json = false, quiet = false;
   depth_settings depth;
@@ -58,6 +59,7 @@ non_rigid_options options_of(const warp_settings& settings) {
                             .rigidity = settings.rigidity,
                             .normals = knn{settings.normals},
                             .max_iterations = settings.iterations,
+                            .final_iterations = settings.final_iterations,
                             .threads = settings.threads};
   if (!settings.landmarks.empty()) options.landmarks = read_landmarks(settings.landmarks);
   return options;
@@ -137,7 +139,11 @@ void add_warp(CLI::App& app) {
   command->add_option(
       "--landmarks", settings->landmarks,
       "A file with the numbers, from 0, of a source and a target point on each line");
-  command->add_option("--iterations", settings->iterations, "At most, at each scale")
+  command->add_option("--iterations", settings->iterations, "At most, at each scale but the last")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--final-iterations", settings->final_iterations, "At most, at the last scale")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--normals", settings->normals, "Neighbours for normals that are missing")

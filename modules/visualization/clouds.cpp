@@ -128,22 +128,22 @@ struct colorer {
 };
 
 Eigen::VectorXf spacing_of(const Eigen::Matrix3Xf& points, double factor) {
-  Eigen::VectorXf sizes = Eigen::VectorXf::Zero(points.cols());
   const kd_tree tree{points};
-  // With itself, the ninth.
-  visit_neighborhoods(tree, points, knn{9}, [&](const neighborhood_block<float>& block) {
+  constexpr knn with_itself{9};
+  Eigen::VectorXf farthest = Eigen::VectorXf::Zero(points.cols());
+  visit_neighborhoods(tree, points, with_itself, [&](const neighborhood_block<float>& block) {
     for (index_t i = 0; i < block.size(); ++i)
       for (const auto& near : block[i])
-        sizes[block.query(i)] = std::max(sizes[block.query(i)], near.distance);
+        farthest[block.query(i)] = std::max(farthest[block.query(i)], near.distance);
   });
-  std::vector<float> sorted;
-  for (const float size : sizes)
-    if (size > 0) sorted.push_back(size);
-  if (sorted.empty()) return sizes;
-  constexpr float largest = 2.5f;
-  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
-  std::ranges::nth_element(sorted, middle);
-  return (sizes.array().min(largest * *middle) * float(factor)).matrix();
+  // At the border of a surface neighbours are on one side only, and so farther.
+  Eigen::VectorXf sizes = farthest;
+  visit_neighborhoods(tree, points, with_itself, [&](const neighborhood_block<float>& block) {
+    for (index_t i = 0; i < block.size(); ++i)
+      for (const auto& near : block[i])
+        sizes[block.query(i)] = std::min(sizes[block.query(i)], farthest[near.index]);
+  });
+  return float(factor) * sizes;
 }
 
 struct sizer {

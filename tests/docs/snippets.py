@@ -4,16 +4,19 @@
 
 snippets.py extract PAGE.md OUT.cpp    the program
 snippets.py check PAGE.md COMMAND...   runs it in a temporary folder
+snippets.py draw PAGE.md COMMAND...    the same, and keeps the pictures that it makes for the page
 
 Fences `cpp` follow each other in one function, so that later ones may use what earlier ones define;
 `cpp global`, and lines that import, stand before it. Code in a comment `<!-- cpp ... -->` is compiled but not shown. What
-fences `text` hold must be printed, in their order.
+fences `text` hold must be printed, in their order; and a picture of the page that its program makes must be the same.
 """
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import zlib
 
 PRELUDE = """
 #include <algorithm>
@@ -50,9 +53,33 @@ def extract(page):
     return f"// Made from {page.name}.{PRELUDE}\n{imports}{at_global}\nint main() {{\n{body}}}\n"
 
 
-def check(page, command):
+def pixels(picture):
+    """The rows of a PNG file as they are before compression, which other versions of zlib do otherwise."""
+    data, at, packed = picture.read_bytes(), 8, b""
+    while at < len(data):
+        size = int.from_bytes(data[at : at + 4], "big")
+        if data[at + 4 : at + 8] == b"IDAT":
+            packed += data[at + 8 : at + 8 + size]
+        at += size + 12
+    return zlib.decompress(packed)
+
+
+def compare_pictures(page, folder, keep):
+    for name in re.findall(r"^!\[[^\]]*\]\((pictures/[\w-]+\.png)\)$", page.read_text(), re.M):
+        kept, made = page.parent / name, pathlib.Path(folder) / pathlib.Path(name).name
+        if not made.exists():
+            sys.exit(f"the program of {page.name} does not make {made.name}")
+        if keep:
+            shutil.copyfile(made, kept)
+        elif not kept.exists() or pixels(kept) != pixels(made):
+            sys.exit(f"{name} is not what {page.name} draws; if it should be: snippets.py draw")
+
+
+def check(page, command, keep=False):
     with tempfile.TemporaryDirectory() as folder:
         run = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+        if run.returncode == 0:
+            compare_pictures(page, folder, keep)
     print(run.stdout, run.stderr, sep="")
     if run.returncode != 0:
         sys.exit(f"the program of {page.name} ended with {run.returncode}")
@@ -70,7 +97,7 @@ def main():
     if mode == "extract":
         pathlib.Path(rest[0]).write_text(extract(page))
     else:
-        check(page, rest)
+        check(page, rest, keep=mode == "draw")
 
 
 if __name__ == "__main__":

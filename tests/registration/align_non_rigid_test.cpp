@@ -247,6 +247,7 @@ TEST_CASE("options that make no sense are refused") {
   refused({.spacing = 1, .landmarks = {{50, 0}}});
   refused({.spacing = 1, .landmarks = {{0, -1}}});
   refused({.spacing = 1, .max_iterations = -1});
+  refused({.spacing = 1, .final_iterations = -1});
   refused({.spacing = 1, .landmark_weight = -1});
   refused({.spacing = 1, .tolerance = -1});
   refused({.spacing = 1, .threads = -1});

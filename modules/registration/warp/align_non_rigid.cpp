@@ -79,6 +79,7 @@ void expect_valid(const non_rigid_options& o, bool is_rigid) {
   expect_between(0, o.tolerance, most, "align_non_rigid: tolerance");
   expect_between(0, o.landmark_weight, most, "align_non_rigid: landmark_weight");
   expect_from(0, o.max_iterations, "align_non_rigid: max_iterations");
+  expect_from(0, o.final_iterations, "align_non_rigid: final_iterations");
   expects(!is_rigid || o.rigidity.value_or(0) == 0,
           "align_non_rigid: rigid motions need no .rigidity, which is for those that may deform");
   expect_valid(warp_options{.stiffness = o.stiffness, .rigidity = o.rigidity.value_or(0)},
@@ -297,7 +298,7 @@ class non_rigid_loop {
                                             &moving.landmarks, static_cast<S>(level.max_distance)};
     if (!level.is_last) return approach(level, searcher, monitor);
 
-    icp_options<field_type> how{.max_iterations = options_.max_iterations,
+    icp_options<field_type> how{.max_iterations = options_.final_iterations,
                                 .tolerance = level.tolerance,
                                 .rotation_tolerance = std::numeric_limits<double>::infinity(),
                                 .monitor = monitor};

@@ -53,7 +53,9 @@ export struct non_rigid_options {
   /// They are pairs of the result, too, and no kernel asks how far they are apart.
   std::vector<std::pair<index_t, index_t>> landmarks = {};
   double landmark_weight = 1;  ///< Of all landmarks together, relative to all source points.
-  int max_iterations = 20;     ///< With each kernel scale.
+  /// With each kernel scale but the last. Many would let what is far pull its surroundings along.
+  int max_iterations = 6;
+  int final_iterations = 30;  ///< With the last kernel scale, unless it has converged before.
   /// The field has converged when no paired point and no node moves farther in an iteration, in the
   /// units of the points. 0: a twentieth of the spacing.
   double tolerance = 0;

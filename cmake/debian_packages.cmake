@@ -6,9 +6,12 @@ set(CPACK_PACKAGE_VENDOR cilantro)
 set(CPACK_PACKAGE_CONTACT "the cilantro developers")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL development program)
-if(NOT TARGET cilantro_tool)
-  set(CPACK_COMPONENTS_ALL development)
+set(CPACK_COMPONENTS_ALL development)
+if(TARGET cilantro_visualization)
+  list(APPEND CPACK_COMPONENTS_ALL visualization)
+endif()
+if(TARGET cilantro_tool)
+  list(APPEND CPACK_COMPONENTS_ALL program)
 endif()
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_VERSION ${PROJECT_VERSION})
@@ -27,6 +30,12 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
 # Not required: in Debian 12 a new enough CMake comes from backports.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
   "clang-22, clang-tools-22, ninja-build, cmake (>= 3.28)")
+
+set(CPACK_DEBIAN_VISUALIZATION_DESCRIPTION
+  "Pictures of point clouds, without a display\nThe component visualization of cilantro.")
+set(CPACK_DEBIAN_VISUALIZATION_PACKAGE_NAME libcilantro-visualization-dev)
+set(CPACK_DEBIAN_VISUALIZATION_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_VISUALIZATION_PACKAGE_DEPENDS "libcilantro-dev (= ${PROJECT_VERSION})")
 
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
   "Point clouds on the command line\nShows, converts, filters, aligns and segments point clouds in PLY, PCD and text files.")

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the Debian packages of the library (libcilantro-dev) and of the program (cilantro) for the Debian that it runs on,
+# Makes the Debian packages of the library (libcilantro-dev, and its components) and of the program (cilantro) for the Debian that it runs on,
 # in build/packages.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

@@ -139,6 +139,16 @@ expect 2 'required' "$cilantro" plane plane.xyz
 expect 2 'try --help' "$cilantro" plane plane.xyz --distance -1
 expect 2 'try --help' "$cilantro" segment plane.xyz --knn 0
 
+# Pictures.
+expect 0 'a picture is in seen.png' "$cilantro" picture scan.ply plane.xyz -o seen.png --size 320,200 --color z --point-size 2 --direction 0,1,-1
+head -c 4 seen.png | grep -q PNG || fail 'the picture is no PNG file'
+expect 0 '' "$cilantro" picture parts.ply -o seen.png --color label:cluster --orthographic --background 255,255,255 --quiet
+expect 1 'no attribute "x", but' "$cilantro" picture parts.ply -o seen.png --color attribute:x
+expect 1 'the color must be' "$cilantro" picture parts.ply -o seen.png --color blue
+expect 1 'missing.ply: cannot be read' "$cilantro" picture missing.ply -o seen.png
+expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --size 0,10
+expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --up 0,0,1
+
 # Hulls.
 "$cilantro" hull plane.xyz -o corners.xyz --json | python3 -c '
 import json, sys

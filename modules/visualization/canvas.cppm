@@ -16,7 +16,7 @@ export [[nodiscard]] inline color_matrix one_color(const rgb& color) {
   return one;
 }
 
-/// How large points are drawn: their diameter.
+/// How large points are drawn: their diameter. None is smaller than a pixel or larger than 1024.
 export struct point_size {
   /// What the numbers are.
   enum class unit {

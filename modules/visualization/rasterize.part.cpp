@@ -52,7 +52,7 @@ void for_splats(const point_batch& batch, const projector& by, const execution& 
   const auto& sizes = batch.size.sizes;
   const float fx = float(by.fx), fy = float(by.fy), cx = float(by.cx), cy = float(by.cy);
   const float nearest = float(by.nearest);
-  // Larger ones would only be something that is too near.
+  // A radius. Larger ones would only be something that is too near.
   constexpr float largest = 512;
   parallel_blocks(batch.points.cols(), 1024, how, [&](index_t, index_t begin, index_t end) {
     for (index_t i = begin; i < end; ++i) {

@@ -372,8 +372,13 @@ image<rgb> render(const scene& all, const view& from, const render_options& opti
   const drawing drawn{all};
   const projector by{from, width, height, fine};
   painter paint{drawn, by, options};
+  const auto report = [&](double done) {
+    if (options.monitor.progress) options.monitor.progress(done);
+  };
   paint.find_nearest();
+  report(0.5);
   const auto colors = paint.colors();
+  report(0.9);
 
   image<rgb> picture(width, height);
   parallel_for(height, {.threads = options.threads}, [&](index_t y) {
@@ -388,6 +393,7 @@ image<rgb> render(const scene& all, const view& from, const render_options& opti
     }
   });
   draw_overlay(picture, all, projector{from, width, height, 1}, options);
+  report(1);
   return picture;
 }
 

@@ -384,6 +384,9 @@ TEST_CASE("options of pictures that make no sense are refused") {
   refused_view([](view& b) { b.distance = 0; });
   refused_view([](view& b) { b.camera.to_world.translation().x() = not_a_number; });
 
+  double done = 0;
+  (void)render(all, v, {.monitor = {[&](double share) { done = share; }, {}}});
+  CHECK(done == 1);
   std::stop_source stop;
   stop.request_stop();
   CHECK_THROWS_AS((void)render(all, v, {.monitor = {{}, stop.get_token()}}), cancelled);

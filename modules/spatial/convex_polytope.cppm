@@ -320,9 +320,9 @@ class convex_polytope {
 /// together a flat one. Facets are as large as they are: a cube has six, of four vertices each.
 ///
 /// The result has the same bits for any number of threads and any `cull`. Throws `invalid_input`
-/// for a negative tolerance, `cancelled`, and `std::runtime_error` if a result cannot be verified.
-/// O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by Qhull (Barber, Dobkin and
-/// Huhdanpaa 1996), after points that are clearly inside are put aside.
+/// for a negative tolerance and for coordinates beyond 10³⁰⁰, `cancelled`, and `std::runtime_error`
+/// if a result cannot be verified. O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by
+/// Qhull (Barber, Dobkin and Huhdanpaa 1996), after points that are clearly inside are put aside.
 export template <PointsSource P>
 [[nodiscard]] convex_polytope<dimension_of<P>> convex_hull(const P& points,
                                                            const hull_options& options = {}) {
@@ -349,9 +349,9 @@ concept IndexedNumbers = requires(const T& numbers, index_t i) {
 /// and need no unit length. Half-spaces that say nothing new are dropped. No inner point is needed:
 /// sets that are empty, flat or without end are results as any other.
 ///
-/// Throws `invalid_input` for other
-/// than one offset per normal, for NaN and infinite normals. A normal of zeros and an infinite
-/// offset say all or nothing. By a linear program and the hull of the dual points.
+/// Throws `invalid_input` for other than one offset per normal, for NaN and infinite normals, and
+/// for planes that are farther than 10³⁰⁰ from the origin. A normal of zeros and an infinite offset
+/// say all or nothing. By a linear program and the hull of the dual points.
 export template <PointsSource P, IndexedNumbers O = std::vector<double>>
 [[nodiscard]] convex_polytope<dimension_of<P>> intersect_half_spaces(
     const P& normals, const O& offsets, const half_space_options& options = {}) {

@@ -126,7 +126,7 @@ bool mark_inner(points_view<S, dynamic> points, const hull_options& how,
   for (index_t i = 0; i < few.cols(); ++i) few.col(i) = points[extremes[i]].template cast<double>();
   if (!few.allFinite()) return false;
   const double size = few.cwiseAbs().maxCoeff();
-  if (few.cols() <= d ||
+  if (few.cols() <= d || size > largest_coordinate ||
       span_of(few.rightCols(few.cols() - 1).colwise() - few.col(0).eval(), 1e-6 * size).cols() < d)
     return false;
   const auto hull =

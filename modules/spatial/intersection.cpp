@@ -115,7 +115,7 @@ std::optional<half_space_rows> cleaned(const Eigen::MatrixXd& normals,
     const double length = scaled.norm();
     unit.normals.col(i) = scaled / length;
     unit.offsets[i] = offsets[i] / largest / length;
-    expects(std::isfinite(unit.offsets[i]),
+    expects(std::abs(unit.offsets[i]) <= largest_coordinate,
             "intersect_half_spaces: an offset is out of range for its normal");
     order.push_back(static_cast<std::int32_t>(i));
   }

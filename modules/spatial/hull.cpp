@@ -275,7 +275,7 @@ std::shared_ptr<const polytope_data> make_hull(points_view<S, dynamic> points,
   for (index_t i = 0; i < chosen.cols(); ++i)
     chosen.col(i) = points[candidates[i]].template cast<double>();
   const double size = d == 0 ? 0 : chosen.cwiseAbs().maxCoeff();
-  expects(size <= largest_coordinate, "convex_hull: coordinates must be at most 10^300");
+  expects(size <= largest_coordinate, "convex_hull: coordinates must be at most 10^307");
   const double flat =
       std::max(how.tolerance, size * (4 * double(std::numeric_limits<S>::epsilon()) +
                                       32 * std::numeric_limits<double>::epsilon()));

@@ -26,6 +26,9 @@ import :polytope_shape;
 
 namespace cilantro {
 
+/// Beyond it, sums of coordinates and of their products with unit vectors are no numbers.
+constexpr double largest_coordinate = 1e307;
+
 /// What `hull_candidates` returns.
 struct candidate_list : index_list {
   index_t non_finite = 0;

@@ -23,9 +23,6 @@ import :pulling;
 
 namespace cilantro {
 
-/// Beyond it, sums of coordinates and of their products with unit vectors are no numbers.
-constexpr double largest_coordinate = 1e300;
-
 /// An affine subspace: the points origin + basis · y. The columns of the basis are orthonormal.
 struct affine_subspace {
   Eigen::VectorXd origin;

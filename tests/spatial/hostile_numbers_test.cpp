@@ -122,12 +122,11 @@ TEST_CASE("half-spaces of hostile numbers have an intersection, or the call thro
 TEST_CASE("hulls of coordinates of which sums are no numbers are refused") {
   for (const index_t count : {5, 5000}) {
     Eigen::MatrixXd points = test::random_points<test::d2>(count);
-    CHECK(convex_hull(Eigen::MatrixXd{1e300 * points}).status() == polytope_status::bounded);
-    for (const double huge : {1e301, 1.2e308, -1.7e308}) {
+    CHECK(convex_hull(Eigen::MatrixXd{1e307 * points}).status() == polytope_status::bounded);
+    for (const double huge : {1.1e307, 1.2e308, -1.7e308}) {
       points(0, 3) = huge;
       CHECK_THROWS_WITH_AS((void)convex_hull(points),
-                           "convex_hull: coordinates must be at most 10^300", invalid_input);
-      CHECK_THROWS_AS((void)convex_hull(Eigen::MatrixXd{points * huge}), invalid_input);
+                           "convex_hull: coordinates must be at most 10^307", invalid_input);
     }
   }
 }

@@ -320,7 +320,7 @@ class convex_polytope {
 /// together a flat one. Facets are as large as they are: a cube has six, of four vertices each.
 ///
 /// The result has the same bits for any number of threads and any `cull`. Throws `invalid_input`
-/// for a negative tolerance and for coordinates beyond 10³⁰⁰, `cancelled`, and `std::runtime_error`
+/// for a negative tolerance and for coordinates beyond 10³⁰⁷, `cancelled`, and `std::runtime_error`
 /// if a result cannot be verified. O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by
 /// Qhull (Barber, Dobkin and Huhdanpaa 1996), after points that are clearly inside are put aside.
 export template <PointsSource P>

@@ -40,8 +40,8 @@ const char* name_of(polytope_status status) {
 }
 
 /// A flat hull as triangles: its edges form one ring.
-index_list fan_of(const convex_polytope<3>& polygon) {
-  index_list ring{0}, triangles;
+Eigen::Matrix3Xi fan_of(const convex_polytope<3>& polygon) {
+  index_list ring{0};
   std::vector<index_list> beside(polygon.vertices().size());
   for (const auto& edge : polygon.facets()) {
     beside[edge.vertices[0]].push_back(edge.vertices[1]);
@@ -51,8 +51,9 @@ index_list fan_of(const convex_polytope<3>& polygon) {
     const auto& ways = beside[ring.back()];
     ring.push_back(ring.size() > 1 && ways[0] == ring[ring.size() - 2] ? ways[1] : ways[0]);
   }
-  for (std::size_t k = 2; k < ring.size(); ++k)
-    triangles.insert(triangles.end(), {ring[0], ring[k - 1], ring[k]});
+  Eigen::Matrix3Xi triangles(3, std::ssize(ring) - 2);
+  for (index_t k = 0; k < triangles.cols(); ++k)
+    triangles.col(k) << ring[0], ring[k + 1], ring[k + 2];
   return triangles;
 }
 
@@ -84,9 +85,9 @@ void run(const hull_settings& settings, const point_cloud<S, 3>& cloud) {
   const std::filesystem::path output = settings.output;
   if (!CLI::detail::to_lower(output.extension().string()).ends_with(".ply"))
     return write_cloud(corners, output);
-  index_list triangles;
+  Eigen::MatrixXi triangles;
   if (hull.affine_dimension() == 3)
-    triangles.assign(hull.simplices().begin(), hull.simplices().end());
+    triangles = hull.simplices();
   else if (hull.affine_dimension() == 2)
     triangles = fan_of(hull);
   write_ply(corners, output, {.triangles = std::move(triangles)});

@@ -165,6 +165,10 @@ expect 0 'points: 4' "$cilantro" info corners.ply
 expect 0 '25 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --box 0,0,-1,4,4,1
 expect 0 '375 of 400 points' "$cilantro" crop plane.xyz -o rest.xyz --box 0,0,-1,4,4,1 --outside
 expect 0 '5 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --ball 10,10,0,1 --box 0,0,-1,19,19,1
+expect 0 '5 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --cylinder 10,10,-1,10,10,1,1
+expect 0 '11 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --cylinder 5,3,0,15,3,0,0.5
+expect 1 'must be finite, and apart' "$cilantro" crop plane.xyz -o part.xyz --cylinder 1,1,1,1,1,1,1
+expect 1 'must be positive' "$cilantro" crop plane.xyz -o part.xyz --cylinder 0,0,0,0,0,1,-1
 expect 0 '4 of 400 points' "$cilantro" crop plane.xyz -o one.xyz --box 3,3,0,4,4,0
 expect 0 '4 of 400 points' "$cilantro" crop plane.xyz -o part.xyz --hull one.xyz
 expect 0 '4 of 4 points' "$cilantro" crop one.xyz -o part.xyz --hull plane.xyz --margin 0.1

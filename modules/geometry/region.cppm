@@ -18,7 +18,8 @@ namespace cilantro {
 /// `points_view` of float or double of run-time dimension, to which the vector `origin` is added,
 /// and `inside` a span of one `std::uint8_t` for each, which becomes 1 if the point is finite and
 /// inside, and otherwise 0.
-/// Models: `box`, `ball`, `half_space`, `half_spaces`; `convex_polytope`, `space_region`; a lambda.
+/// Models: `box`, `ball`, `cylinder`, `half_space`, `half_spaces`; `convex_polytope`,
+/// `space_region`; a lambda.
 export template <class R, int D>
 concept Region = requires(const R& region, const point_vector<double, D>& point) {
   { region.contains(point) } -> std::convertible_to<bool>;
@@ -71,6 +72,45 @@ export struct ball {
     for (index_t d = 0; d < point.size(); ++d)
       sum += (point[d] - center[d]) * (point[d] - center[d]);
     return sum <= radius * radius;
+  }
+};
+
+/// The solid right circular cylinder between two discs: the points at most `radius` away from the
+/// line through `base` and `top`, between the planes through these across it, both included. In
+/// any dimension; in 2D it is a rectangle.
+/// `cylinder{.base = {0, 0, 0}, .top = {0, 0, 2}, .radius = 0.3}` stands upright.
+export struct cylinder {
+  coordinates base, top;  ///< The centres of the discs at its ends, in either order.
+  positive radius;
+
+  /// Throws `invalid_input` for centres of another dimension, for NaN and infinity, and for centres
+  /// that are equal, since they say no direction; or so near or so far apart that the square of
+  /// their distance is no number.
+  void check(index_t dimension) const {
+    expects(base.size() == dimension && top.size() == dimension,
+            "cylinder: base and top must have the dimension of the points");
+    double length = 0;
+    for (index_t d = 0; d < dimension; ++d) length += (top[d] - base[d]) * (top[d] - base[d]);
+    expects(length >= std::numeric_limits<double>::min() && std::isfinite(length),
+            "cylinder: base and top must be finite, and apart");
+  }
+  template <class P>
+  [[nodiscard]] bool contains(const P& point) const {
+    expect_coordinates(point.size(), base.size());
+    double along = 0, length = 0;
+    for (index_t d = 0; d < point.size(); ++d) {
+      const double axis = top[d] - base[d];
+      along += (point[d] - base[d]) * axis;
+      length += axis * axis;
+    }
+    if (!(0 <= along && along <= length)) return false;
+    // From the nearest point of the axis: a difference of squares would lose thin and long ones.
+    double away = 0;
+    for (index_t d = 0; d < point.size(); ++d) {
+      const double across = point[d] - base[d] - along / length * (top[d] - base[d]);
+      away += across * across;
+    }
+    return away <= radius * radius;
   }
 };
 

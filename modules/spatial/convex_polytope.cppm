@@ -65,6 +65,15 @@ class convex_polytope {
   convex_polytope() : data_{make_empty(D == dynamic ? 0 : D)} {}
   /// A box as a polytope. Throws as `box::check` does.
   explicit convex_polytope(const box& from) : data_{from_box(from)} {}
+  /// The same polytope with a dimension that is known at compile time, or at run time only. Throws
+  /// `invalid_input` for one of another dimension.
+  template <int E>
+    requires(E != D && (E == dynamic || D == dynamic))
+  convex_polytope(const convex_polytope<E>& other)  // NOLINT: a conversion on purpose
+      : data_{other.shared()} {
+    if (D != dynamic && dimension() == 0) data_ = make_empty(D);
+    expects(D == dynamic || dimension() == D, "convex_polytope: the other has another dimension");
+  }
   // No moves: what is moved from would be no polytope, and copies cost a pointer.
   convex_polytope(const convex_polytope&) = default;
   convex_polytope& operator=(const convex_polytope&) = default;
@@ -117,7 +126,8 @@ class convex_polytope {
     return {data_->offsets.data(), static_cast<std::size_t>(data_->offsets.size())};
   }
 
-  /// The facets, by their vertices in ascending order: a range of `polytope_facet`.
+  /// The facets, by their vertices in ascending order: a range of `polytope_facet`. Its `[i]`
+  /// throws `invalid_input` for an index that is out of range.
   class facet_range {
    public:
     facet_range() = default;
@@ -125,6 +135,7 @@ class convex_polytope {
     [[nodiscard]] index_t size() const { return data_ ? data_->facets.size() : 0; }
     [[nodiscard]] bool empty() const { return size() == 0; }
     [[nodiscard]] polytope_facet<D> operator[](index_t i) const {
+      expects(0 <= i && i < size(), "facets: there is no facet with this index");
       return {data_->normals.col(i), data_->offsets[i], data_->facets[i], data_->neighbors[i]};
     }
     [[nodiscard]] auto begin() const { return indexed_iterator<facet_range>{*this, 0}; }
@@ -136,10 +147,13 @@ class convex_polytope {
   [[nodiscard]] facet_range facets() const [[clang::lifetimebound]] {
     return facet_range{data_.get()};
   }
-  /// The boundary of a bounded set as simplices, `affine_dimension()` vertices each: of a solid in
-  /// space triangles, counterclockwise as seen from outside; of a polygon its edges.
-  [[nodiscard]] std::span<const std::int32_t> simplices() const [[clang::lifetimebound]] {
-    return data_->simplices;
+  /// The boundary of a bounded set as simplices, one per column, by the `affine_dimension()`
+  /// vertices that each has: of a solid in space triangles, counterclockwise as seen from outside;
+  /// of a polygon its edges.
+  [[nodiscard]] Eigen::Map<const Eigen::MatrixXi> simplices() const [[clang::lifetimebound]] {
+    const index_t corners = std::max(affine_dimension(), index_t{0});
+    return {data_->simplices.data(), corners,
+            corners > 0 ? std::ssize(data_->simplices) / corners : 0};
   }
 
   /// The volume, in 2D the area; 0 for flat sets, and infinity for unbounded ones.
@@ -236,12 +250,6 @@ class convex_polytope {
                                                  const convex_polytope& b) {
     return convex_polytope{intersection_of(*a.data_, *b.data_)};
   }
-  [[nodiscard]] friend convex_polytope operator&(const convex_polytope& a, const box& b) {
-    return a & convex_polytope{b};
-  }
-  [[nodiscard]] friend convex_polytope operator&(const box& a, const convex_polytope& b) {
-    return convex_polytope{a} & b;
-  }
   /// All sums of a point of one and a point of the other (Minkowski). Throws `invalid_input` for
   /// unbounded sets, and for more than 10⁸ pairs of corners: time and memory grow with their
   /// number.
@@ -312,9 +320,9 @@ class convex_polytope {
 /// together a flat one. Facets are as large as they are: a cube has six, of four vertices each.
 ///
 /// The result has the same bits for any number of threads and any `cull`. Throws `invalid_input`
-/// for a negative tolerance, `cancelled`, and `std::runtime_error` if a result cannot be verified.
-/// O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by Qhull (Barber, Dobkin and
-/// Huhdanpaa 1996), after points that are clearly inside are put aside.
+/// for a negative tolerance and for coordinates beyond 10³⁰⁷, `cancelled`, and `std::runtime_error`
+/// if a result cannot be verified. O(N log N) in two and three dimensions, O(V^⌊D/2⌋) beyond; by
+/// Qhull (Barber, Dobkin and Huhdanpaa 1996), after points that are clearly inside are put aside.
 export template <PointsSource P>
 [[nodiscard]] convex_polytope<dimension_of<P>> convex_hull(const P& points,
                                                            const hull_options& options = {}) {
@@ -341,9 +349,9 @@ concept IndexedNumbers = requires(const T& numbers, index_t i) {
 /// and need no unit length. Half-spaces that say nothing new are dropped. No inner point is needed:
 /// sets that are empty, flat or without end are results as any other.
 ///
-/// Throws `invalid_input` for other
-/// than one offset per normal, for NaN and infinite normals. A normal of zeros and an infinite
-/// offset say all or nothing. By a linear program and the hull of the dual points.
+/// Throws `invalid_input` for other than one offset per normal, for NaN and infinite normals, and
+/// for planes that are farther than 10³⁰⁰ from the origin. A normal of zeros and an infinite offset
+/// say all or nothing. By a linear program and the hull of the dual points.
 export template <PointsSource P, IndexedNumbers O = std::vector<double>>
 [[nodiscard]] convex_polytope<dimension_of<P>> intersect_half_spaces(
     const P& normals, const O& offsets, const half_space_options& options = {}) {

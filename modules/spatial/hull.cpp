@@ -74,24 +74,40 @@ polytope_shape segment_of(const Eigen::MatrixXd& points) {
 }
 
 /// For each of the `chosen` points the first point that is equal to it; −1 for the others.
-std::vector<std::int32_t> first_equals(const Eigen::MatrixXd& points, index_list chosen) {
-  const auto compare = [&](auto a, auto b) {
-    for (index_t d = 0; d < points.rows(); ++d)
-      if (points(d, a) != points(d, b)) return points(d, a) < points(d, b) ? -1 : 1;
-    return 0;
+std::vector<std::int32_t> first_equals(const Eigen::MatrixXd& points, const index_list& chosen) {
+  struct place {
+    double x;
+    std::int32_t index;
   };
-  const auto before = [&](auto a, auto b) { return compare(a, b) < 0; };
-  std::ranges::sort(chosen);
-  chosen.erase(std::ranges::unique(chosen).begin(), chosen.end());
-  std::ranges::sort(chosen, before);
-  std::vector<std::int32_t> first_of_place(chosen.size(), -1), first(points.cols(), -1);
-  for (std::int32_t i = 0; i < points.cols(); ++i) {
-    const auto at = std::ranges::lower_bound(chosen, i, before) - chosen.begin();
-    if (at < std::ssize(chosen) && compare(chosen[at], i) == 0 && first_of_place[at] < 0)
-      first_of_place[at] = i;
+  const auto before = [&](const place& a, const place& b) {
+    if (a.x != b.x) return a.x < b.x;
+    for (index_t d = 1; d < points.rows(); ++d)
+      if (points(d, a.index) != points(d, b.index)) return points(d, a.index) < points(d, b.index);
+    return false;
+  };
+  std::vector<std::int32_t> first(points.cols(), -1);
+  for (const auto i : chosen) first[i] = i;
+  std::vector<place> places;
+  for (std::int32_t i = 0; i < points.cols(); ++i)
+    if (first[i] >= 0) places.push_back({points(0, i), i});
+  std::ranges::sort(places, before);
+  // Where the points begin that are equal to one, and the least of all that are.
+  std::vector<index_t> begin(places.size());
+  std::vector<std::int32_t> least(places.size());
+  for (index_t k = 0; k < std::ssize(places); ++k) {
+    begin[k] = k > 0 && !before(places[k - 1], places[k]) ? begin[k - 1] : k;
+    least[k] = places[k].index;
+    least[begin[k]] = std::min(least[begin[k]], least[k]);
   }
-  for (const auto i : chosen)
-    first[i] = first_of_place[std::ranges::lower_bound(chosen, i, before) - chosen.begin()];
+  for (std::int32_t i = 0; i < points.cols(); ++i) {
+    if (first[i] >= 0) continue;
+    const place other{points(0, i), i};
+    const auto at = std::ranges::lower_bound(places, other, before);
+    if (at == places.end() || before(other, *at)) continue;
+    auto& found = least[at - places.begin()];
+    found = std::min(found, i);
+  }
+  for (index_t k = 0; k < std::ssize(places); ++k) first[places[k].index] = least[begin[k]];
   return first;
 }
 
@@ -259,6 +275,7 @@ std::shared_ptr<const polytope_data> make_hull(points_view<S, dynamic> points,
   for (index_t i = 0; i < chosen.cols(); ++i)
     chosen.col(i) = points[candidates[i]].template cast<double>();
   const double size = d == 0 ? 0 : chosen.cwiseAbs().maxCoeff();
+  expects(size <= largest_coordinate, "convex_hull: coordinates must be at most 10^307");
   const double flat =
       std::max(how.tolerance, size * (4 * double(std::numeric_limits<S>::epsilon()) +
                                       32 * std::numeric_limits<double>::epsilon()));

@@ -26,6 +26,9 @@ import :polytope_shape;
 
 namespace cilantro {
 
+/// Beyond it, sums of coordinates and of their products with unit vectors are no numbers.
+constexpr double largest_coordinate = 1e307;
+
 /// What `hull_candidates` returns.
 struct candidate_list : index_list {
   index_t non_finite = 0;
@@ -126,7 +129,7 @@ bool mark_inner(points_view<S, dynamic> points, const hull_options& how,
   for (index_t i = 0; i < few.cols(); ++i) few.col(i) = points[extremes[i]].template cast<double>();
   if (!few.allFinite()) return false;
   const double size = few.cwiseAbs().maxCoeff();
-  if (few.cols() <= d ||
+  if (few.cols() <= d || size > largest_coordinate ||
       span_of(few.rightCols(few.cols() - 1).colwise() - few.col(0).eval(), 1e-6 * size).cols() < d)
     return false;
   const auto hull =

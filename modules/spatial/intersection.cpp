@@ -95,6 +95,9 @@ polytope_shape shape_of(const half_space_rows& set, const Eigen::VectorXd& insid
   return vertices_and_facets(set, rounded(set, inside, bound), tolerance);
 }
 
+/// Corners of planes beyond it may be no numbers.
+constexpr double farthest_plane = 1e300;
+
 /// The rows without those that say the same as another or nothing, normals of unit length; nothing
 /// if one of them cannot be met.
 std::optional<half_space_rows> cleaned(const Eigen::MatrixXd& normals,
@@ -115,7 +118,7 @@ std::optional<half_space_rows> cleaned(const Eigen::MatrixXd& normals,
     const double length = scaled.norm();
     unit.normals.col(i) = scaled / length;
     unit.offsets[i] = offsets[i] / largest / length;
-    expects(std::isfinite(unit.offsets[i]),
+    expects(std::abs(unit.offsets[i]) <= farthest_plane,
             "intersect_half_spaces: an offset is out of range for its normal");
     order.push_back(static_cast<std::int32_t>(i));
   }

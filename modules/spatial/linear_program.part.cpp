@@ -131,14 +131,30 @@ class dual_simplex {
     return bound_ - ((c - n_) % 2 == 0 ? z_[(c - n_) / 2] : -z_[(c - n_) / 2]);
   }
 
+  [[nodiscard]] bool is_violated(index_t c) const {
+    return reduced_cost(c) < -optimal * (1 + std::abs(cost(c)));
+  }
   [[nodiscard]] index_t find_entering(bool hasty) const {
     const index_t columns = n_ + 2 * d_ + 1;
-    index_t best = -1;
+    index_t best = -1, first = 0;
     double least = 0;
-    for (index_t c = 0; c < columns; ++c) {
-      const double value = reduced_cost(c);
-      if (!(value < -optimal * (1 + std::abs(cost(c))))) continue;
+    if (hasty && n_ > 0) {
+      // The least of all half-spaces is found by vectors, and mostly says it: it counts, or none
+      // does.
+      const double lowest = reduced_.minCoeff();
+      const index_t at = std::find(reduced_.begin(), reduced_.end(), lowest) - reduced_.begin();
+      if (lowest >= -optimal) {
+        first = n_;
+      } else if (at < n_ && is_violated(at)) {
+        best = at;
+        least = lowest;
+        first = n_;
+      }
+    }
+    for (index_t c = first; c < columns; ++c) {
+      if (!is_violated(c)) continue;
       if (!hasty) return c;
+      const double value = reduced_cost(c);
       if (best < 0 || value < least) {
         best = c;
         least = value;

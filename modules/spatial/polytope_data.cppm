@@ -14,14 +14,15 @@ struct lists_of_indices {
   std::vector<std::int32_t> begins{0};
   std::vector<std::int32_t> values;
 
-  [[nodiscard]] index_t size() const { return std::ssize(begins) - 1; }
-  [[nodiscard]] std::span<const std::int32_t> operator[](index_t i) const {
+  // What is defined in a module is inline only where it says so.
+  [[nodiscard]] inline index_t size() const { return std::ssize(begins) - 1; }
+  [[nodiscard]] inline std::span<const std::int32_t> operator[](index_t i) const {
     return std::span{values}.subspan(begins[i], begins[i + 1] - begins[i]);
   }
-  [[nodiscard]] std::span<std::int32_t> operator[](index_t i) {
+  [[nodiscard]] inline std::span<std::int32_t> operator[](index_t i) {
     return std::span{values}.subspan(begins[i], begins[i + 1] - begins[i]);
   }
-  void close() { begins.push_back(static_cast<std::int32_t>(values.size())); }
+  inline void close() { begins.push_back(static_cast<std::int32_t>(values.size())); }
 };
 
 struct polytope_data {

@@ -130,16 +130,31 @@ void order_ring(const polytope_shape& shape, index_t facet, std::span<std::int32
   std::ranges::transform(turned, ring.begin(), [](const auto& t) { return t.second; });
 }
 
+/// The numbers from 0 to below `count` in the order of `before`, of which `key`, from 0 to below
+/// `keys`, is what comes first: few have the same, so that little is left to compare.
+index_list sorted_by(index_t count, index_t keys, auto key, auto before) {
+  std::vector<std::int32_t> begins(keys + 1);
+  for (index_t i = 0; i < count; ++i) ++begins[key(i) + 1];
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  index_list order(count);
+  auto next = begins;
+  for (index_t i = 0; i < count; ++i) order[next[key(i)]++] = static_cast<std::int32_t>(i);
+  for (index_t k = 0; k < keys; ++k)
+    std::ranges::sort(order.begin() + begins[k], order.begin() + begins[k + 1], before);
+  return order;
+}
+
 /// Facets by their vertices in ascending order, so that nothing depends on who found them first.
 void order_facets(polytope_shape& shape) {
   const index_t count = shape.facets.size();
   lists_of_indices sorted = shape.facets;
   for (index_t f = 0; f < count; ++f) std::ranges::sort(sorted[f]);
-  std::vector<std::int32_t> order(count), place(count);
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, [&](auto a, auto b) {
-    return std::ranges::lexicographical_compare(sorted[a], sorted[b]);
-  });
+  const auto& all = std::as_const(sorted);
+  const auto order = sorted_by(
+      count, shape.vertices.cols() + shape.rays.cols(),
+      [&](index_t f) { return all[f].empty() ? 0 : all[f].front(); },
+      [&](auto a, auto b) { return std::ranges::lexicographical_compare(all[a], all[b]); });
+  std::vector<std::int32_t> place(count);
   for (index_t k = 0; k < count; ++k) place[order[k]] = static_cast<std::int32_t>(k);
 
   lists_of_indices facets, neighbors;
@@ -179,17 +194,20 @@ void find_neighbors_of_rings(polytope_shape& shape) {
                        static_cast<std::int32_t>(f)});
     }
   }
-  std::ranges::sort(edges);
+  const auto order = sorted_by(
+      std::ssize(edges), shape.vertices.cols(), [&](index_t e) { return edges[e].low; },
+      [&](auto a, auto b) { return edges[a] < edges[b]; });
   shape.neighbors.begins = shape.facets.begins;
   shape.neighbors.values.assign(edges.size(), 0);
-  for (std::size_t k = 0; k < edges.size(); ++k) {
-    const auto same = [&](std::size_t other) {
-      return edges[k].low == edges[other].low && edges[k].high == edges[other].high;
+  for (index_t k = 0; k < std::ssize(order); ++k) {
+    const auto& here = edges[order[k]];
+    const auto same = [&](index_t other) {
+      return here.low == edges[order[other]].low && here.high == edges[order[other]].high;
     };
-    std::size_t across = k;
+    index_t across = k;
     if (k > 0 && same(k - 1)) across = k - 1;
-    if (k + 1 < edges.size() && same(k + 1)) across = k + 1;
-    shape.neighbors.values[edges[k].place] = edges[across].facet;
+    if (k + 1 < std::ssize(order) && same(k + 1)) across = k + 1;
+    shape.neighbors.values[here.place] = edges[order[across]].facet;
   }
 }
 
@@ -281,23 +299,21 @@ void find_neighbors_of_simplices(polytope_shape& shape) {
   }
 }
 
-/// The planes through the vertices of facets in two and three dimensions.
+/// The planes through the vertices of facets in D dimensions, two or three.
+template <int D>
 void refit_planes(polytope_shape& shape) {
+  using vector = Eigen::Matrix<double, D, 1>;
+  const auto vertex = [&](std::int32_t v) -> vector { return shape.vertices.col(v); };
   for (index_t f = 0; f < shape.facets.size(); ++f) {
     const auto ring = std::as_const(shape.facets)[f];
-    const Eigen::VectorXd given = shape.normals.col(f), corner = shape.vertices.col(ring[0]);
-    Eigen::VectorXd normal = given;
-    if (corner.size() == 2) {
-      const Eigen::Vector2d edge = shape.vertices.col(ring[1]) - corner;
-      normal = Eigen::Vector2d{edge[1], -edge[0]};
-    } else if (corner.size() == 3) {
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (std::size_t k = 2; k < ring.size(); ++k) {
-        const Eigen::Vector3d a = shape.vertices.col(ring[k - 1]) - corner;
-        const Eigen::Vector3d b = shape.vertices.col(ring[k]) - corner;
-        sum += a.cross(b);
-      }
-      normal = sum;
+    const vector given = shape.normals.col(f), corner = vertex(ring[0]);
+    vector normal = vector::Zero();
+    if constexpr (D == 2) {
+      const vector edge = vertex(ring[1]) - corner;
+      normal << edge[1], -edge[0];
+    } else {
+      for (std::size_t k = 2; k < ring.size(); ++k)
+        normal += (vertex(ring[k - 1]) - corner).cross(vertex(ring[k]) - corner);
     }
     const double length = normal.norm();
     if (length > 0) normal /= length;
@@ -306,8 +322,7 @@ void refit_planes(polytope_shape& shape) {
     if (!(normal.dot(given) > 0.5)) normal = given;
     shape.normals.col(f) = normal;
     shape.offsets[f] = -std::numeric_limits<double>::infinity();
-    for (const auto v : ring)
-      shape.offsets[f] = std::max(shape.offsets[f], normal.dot(shape.vertices.col(v)));
+    for (const auto v : ring) shape.offsets[f] = std::max(shape.offsets[f], normal.dot(vertex(v)));
   }
 }
 
@@ -323,27 +338,26 @@ void arrange(polytope_shape& shape, bool refit, bool simplicial) {
   order_facets(shape);
   if (d == 3 && bounded) {
     for (index_t f = 0; f < shape.facets.size(); ++f) order_ring(shape, f, shape.facets[f]);
-    if (refit) refit_planes(shape);
+    if (refit) refit_planes<3>(shape);
     shape.simplices.clear();
-    lists_of_indices triangles;
     std::vector<std::int32_t> whole;
     for (index_t f = 0; f < shape.facets.size(); ++f) {
       const auto ring = std::as_const(shape.facets)[f];
       for (std::size_t k = 2; k < ring.size(); ++k) {
         shape.simplices.insert(shape.simplices.end(), {ring[0], ring[k - 1], ring[k]});
-        triangles.values.insert(triangles.values.end(), {ring[0], ring[k - 1], ring[k]});
-        triangles.close();
         whole.push_back(static_cast<std::int32_t>(f));
       }
     }
     if (simplicial) {
-      shape.facets = std::move(triangles);
+      shape.facets = {{0}, shape.simplices};
+      for (index_t s = 1; s <= std::ssize(whole); ++s)
+        shape.facets.begins.push_back(static_cast<std::int32_t>(3 * s));
       shape.normals = columns_of(shape.normals, whole);
       shape.offsets = entries_of(shape.offsets, whole);
     }
     find_neighbors_of_rings(shape);
   } else if (d <= 2 && bounded) {
-    if (refit) refit_planes(shape);
+    if (refit && d == 2) refit_planes<2>(shape);
     shape.simplices = shape.facets.values;
   } else if (bounded) {
     auto pulled = pulled_boundary(shape.facets, d);

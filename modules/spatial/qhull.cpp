@@ -62,17 +62,21 @@ class qhull_run {
 
   void read_facets(int dimension, qhull_facets& out) {
     qhT* qh = &qh_;
-    std::vector<std::int32_t> order(qh->facet_id, -1);
-    std::int32_t count = 0;
     facetT *facet, *neighbor, **neighborp;
     vertexT *vertex, **vertexp;
-    FORALLfacets order[facet->id] = count++;
+    std::vector<std::int32_t> order;
+    if (dimension > 3) {
+      order.assign(qh->facet_id, -1);
+      std::int32_t count = 0;
+      FORALLfacets order[facet->id] = count++;
+    }
     FORALLfacets {
       FOREACHvertex_(facet->vertices) out.vertices.values.push_back(qh_pointid(qh, vertex->point));
-      FOREACHneighbor_(facet) out.neighbors.values.push_back(order[neighbor->id]);
       out.vertices.close();
-      out.neighbors.close();
       out.normals.insert(out.normals.end(), facet->normal, facet->normal + dimension);
+      if (dimension <= 3) continue;
+      FOREACHneighbor_(facet) out.neighbors.values.push_back(order[neighbor->id]);
+      out.neighbors.close();
     }
   }
 
@@ -87,14 +91,15 @@ class qhull_run {
 
 qhull_facets run_qhull(const double* points, int count, int dimension, double merged) {
   qhull_facets out;
+  // Q5: how far points are beyond the planes is not asked of Qhull, since planes are made anew.
   // Searching all points for the first simplex helps where the usual search finds a flat one. That
   // wide facets may stay is the last resort; results are verified by the caller.
   for (const char* more : {"", " Qs", " Qs Q12"}) {
     char options[64];
     if (merged > 0)
-      std::snprintf(options, sizeof options, "qhull Pp C-%.3g%s", merged, more);
+      std::snprintf(options, sizeof options, "qhull Pp Q5 C-%.3g%s", merged, more);
     else
-      std::snprintf(options, sizeof options, "qhull Pp%s", more);
+      std::snprintf(options, sizeof options, "qhull Pp Q5%s", more);
     qhull_run run;
     if (run.hull(points, count, dimension, options)) {
       out.error.clear();

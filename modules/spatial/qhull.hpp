@@ -20,7 +20,7 @@ struct index_lists {
 /// The facets of a convex hull, in Qhull's order.
 struct qhull_facets {
   index_lists vertices;   ///< Indices of points, in no order.
-  index_lists neighbors;  ///< Facets that share a ridge, in no order.
+  index_lists neighbors;  ///< Facets that share a ridge, in no order; none in up to 3 dimensions.
   /// `dimension` numbers per facet: its outward normal, of unit length.
   std::vector<double> normals;
   std::string error;  ///< Empty if all went well; otherwise what Qhull says.

@@ -44,7 +44,20 @@ class space_region {
   space_region() : dimension_{D == dynamic ? 0 : D} {}
   space_region(const convex_polytope<D>& polytope)  // NOLINT: a conversion on purpose
       : space_region{polytope.dimension(), {polytope.shared()}} {}
-  explicit space_region(const box& from) : space_region{convex_polytope<D>{from}} {}
+  template <int E>
+    requires(E != D && (E == dynamic || D == dynamic))
+  space_region(const convex_polytope<E>& polytope)  // NOLINT
+      : space_region{convex_polytope<D>{polytope}} {}
+  space_region(const box& from) : space_region{convex_polytope<D>{from}} {}  // NOLINT
+  /// The same region with a dimension that is known at compile time, or at run time only. Throws
+  /// `invalid_input` for one of another dimension.
+  template <int E>
+    requires(E != D && (E == dynamic || D == dynamic))
+  space_region(const space_region<E>& other)  // NOLINT
+      : space_region{other.dimension(), other.shared()} {
+    if (D != dynamic && dimension_ == 0) dimension_ = D;
+    expects(D == dynamic || dimension_ == D, "space_region: the other has another dimension");
+  }
   /// Internal.
   space_region(index_t dimension, polytope_pieces pieces)
       : dimension_{dimension}, pieces_{solid_pieces(std::move(pieces))} {}
@@ -56,10 +69,11 @@ class space_region {
     return std::ranges::all_of(pieces_, [](const auto& p) { return p->bounded; });
   }
   /// The number of convex pieces, and piece i: polytopes whose insides do not meet. How a region is
-  /// cut into pieces is not specified.
+  /// cut into pieces is not specified. Throws `invalid_input` for an index that is out of range.
   [[nodiscard]] index_t piece_count() const { return std::ssize(pieces_); }
   [[nodiscard]] convex_polytope<D> piece(index_t i) const {
-    return convex_polytope<D>{pieces_.at(i)};
+    expects(0 <= i && i < piece_count(), "piece: there is no piece with this index");
+    return convex_polytope<D>{pieces_[i]};
   }
 
   /// The volume, in 2D the area; infinity for unbounded regions.
@@ -148,6 +162,9 @@ class space_region {
   space_region& operator&=(const space_region& other) { return *this = *this & other; }
   space_region& operator-=(const space_region& other) { return *this = *this - other; }
 
+  /// Internal.
+  [[nodiscard]] const polytope_pieces& shared() const [[clang::lifetimebound]] { return pieces_; }
+
  private:
   static index_t dimension_of_both(const space_region& a, const space_region& b) {
     // One that was made without a dimension takes that of the other.
@@ -164,46 +181,55 @@ export template <int D>
 space_region(convex_polytope<D>) -> space_region<D>;
 
 template <class T>
-inline constexpr int region_dimension = -2;
+inline constexpr int flat_sided_dimension = -2;
+template <>
+inline constexpr int flat_sided_dimension<box> = dynamic;
 template <int D>
-inline constexpr int region_dimension<convex_polytope<D>> = D;
+inline constexpr int flat_sided_dimension<convex_polytope<D>> = D;
 template <int D>
-inline constexpr int region_dimension<space_region<D>> = D;
+inline constexpr int flat_sided_dimension<space_region<D>> = D;
 
-/// A polytope with a region, with another polytope or with a box; or a region with a box.
-template <class A, class B>
-concept MixedRegions =
-    !(std::same_as<A, B> && region_dimension<A> == -2) &&
-    !(std::same_as<A, B> && std::same_as<A, space_region<region_dimension<A>>>) &&
-    (region_dimension<A> != -2 || std::same_as<A, box>) &&
-    (region_dimension<B> != -2 || std::same_as<B, box>) &&
-    (region_dimension<A> == -2 || region_dimension<B> == -2 ||
-     region_dimension<A> == region_dimension<B>);
-template <class A, class B>
-using region_of_both =
-    space_region<region_dimension<A> == -2 ? region_dimension<B> : region_dimension<A>>;
+/// What the operators of regions take: a `box`, a `convex_polytope` or a `space_region`.
+export template <class T>
+concept FlatSidedSet = flat_sided_dimension<T> != -2;
 
-/// As the operators of `space_region`, for polytopes and boxes; at least one must not be a box.
-/// `&` of two polytopes, or of a polytope and a box, is a polytope, which may be flat.
-export template <class A, class B>
-  requires MixedRegions<A, B>
+/// The dimension of two sets. That of one may be known at run time only, as that of a box is.
+template <FlatSidedSet A, FlatSidedSet B>
+[[nodiscard]] consteval int dimension_of_sets() {
+  constexpr int a = flat_sided_dimension<A>, b = flat_sided_dimension<B>;
+  static_assert(a == b || a == dynamic || b == dynamic,
+                "regions: both sets must have the same dimension");
+  return a == dynamic ? b : a;
+}
+template <FlatSidedSet A, FlatSidedSet B>
+using region_of_both = space_region<dimension_of_sets<A, B>()>;
+/// Regions have regions in common; convex sets a convex one.
+template <FlatSidedSet A, FlatSidedSet B>
+using common_part =
+    std::conditional_t<std::same_as<A, space_region<flat_sided_dimension<A>>> ||
+                           std::same_as<B, space_region<flat_sided_dimension<B>>>,
+                       region_of_both<A, B>, convex_polytope<dimension_of_sets<A, B>()>>;
+
+/// As the operators of `space_region`, for boxes, polytopes and regions in any mixture. The result
+/// has the dimension of that which says one in its type; of boxes alone, `dynamic`. Throws
+/// `invalid_input` if the dimensions differ, and as `box::check`.
+export template <FlatSidedSet A, FlatSidedSet B>
 [[nodiscard]] region_of_both<A, B> operator|(const A& a, const B& b) {
   return region_of_both<A, B>(a) | region_of_both<A, B>(b);
 }
-export template <class A, class B>
-  requires MixedRegions<A, B>
+export template <FlatSidedSet A, FlatSidedSet B>
 [[nodiscard]] region_of_both<A, B> operator-(const A& a, const B& b) {
   return region_of_both<A, B>(a) - region_of_both<A, B>(b);
 }
-export template <class A, class B>
-  requires(MixedRegions<A, B> &&
-           (std::same_as<A, region_of_both<A, B>> || std::same_as<B, region_of_both<A, B>>))
-[[nodiscard]] region_of_both<A, B> operator&(const A& a, const B& b) {
-  return region_of_both<A, B>(a) & region_of_both<A, B>(b);
+/// What both have in common: of boxes and polytopes a polytope, which may be flat or empty, and
+/// otherwise a region.
+export template <FlatSidedSet A, FlatSidedSet B>
+[[nodiscard]] common_part<A, B> operator&(const A& a, const B& b) {
+  return common_part<A, B>(a) & common_part<A, B>(b);
 }
-export template <int D>
-[[nodiscard]] space_region<D> operator~(const convex_polytope<D>& a) {
-  return ~space_region<D>{a};
+export template <FlatSidedSet A>
+[[nodiscard]] space_region<flat_sided_dimension<A>> operator~(const A& a) {
+  return ~space_region<flat_sided_dimension<A>>(a);
 }
 
 /// The image of a region under an affine map with an inverse.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <ranges>
@@ -94,7 +95,8 @@ TEST_CASE("a temporary cloud loses points in its own memory as a copy would lose
   CHECK(result == exclude(expected, std::vector{1, 2, 3}));
 }
 
-TEST_CASE("a cloud is cropped in the world, by boxes, balls, half-spaces and predicates") {
+TEST_CASE(
+    "a cloud is cropped in the world, by boxes, balls, cylinders, half-spaces and predicates") {
   auto cloud = rich_cloud();
   const auto kept_by = [&](const auto& region, const auto& contains) {
     const auto cropped = crop(cloud, region);
@@ -117,6 +119,10 @@ TEST_CASE("a cloud is cropped in the world, by boxes, balls, half-spaces and pre
   kept_by(ball{.center = {10, 20, 30}, .radius = 0.9}, [](const auto& p) {
     return (p - Eigen::Vector3d{10, 20, 30}).squaredNorm() <= 0.9 * 0.9;
   });
+  kept_by(cylinder{.base = {10, 20, 29.5}, .top = {10, 20, 30.5}, .radius = 0.9},
+          [](const auto& p) {
+            return std::abs(p.z() - 30) <= 0.5 && std::hypot(p.x() - 10, p.y() - 20) <= 0.9;
+          });
   kept_by(half_space{.normal = {0, 0, 2}, .offset = 60.5},
           [](const auto& p) { return p.z() <= 30.25; });
   kept_by(

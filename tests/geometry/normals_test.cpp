@@ -52,7 +52,7 @@ surface_sample<S> sphere(index_t count, double radius) {
 }
 
 template <class S>
-surface_sample<S> cylinder(int around, int along, double radius) {
+surface_sample<S> cylinder_sample(int around, int along, double radius) {
   const index_t count = index_t{around} * along;
   surface_sample<S> sample{Eigen::Matrix<S, 3, dynamic>(3, count),
                            Eigen::Matrix<S, 3, dynamic>(3, count)};
@@ -95,7 +95,7 @@ TEST_CASE_TEMPLATE("the normals of a sphere point along its radius", S, float, d
 TEST_CASE_TEMPLATE("the normals of a cylinder are exact where neighborhoods are symmetric", S,
                    float, double) {
   const int around = 60, along = 30;
-  const auto [points, truth] = cylinder<S>(around, along, 1);
+  const auto [points, truth] = cylinder_sample<S>(around, along, 1);
   const auto [normals, curvature] = estimate_normals(points, radius{0.16});
   for (index_t i = 3 * around; i < index_t{around} * (along - 3); ++i)
     CHECK(angle_between(normals.col(i), truth.col(i)) < (sizeof(S) == 4 ? 2e-3 : 1e-7));

@@ -9,6 +9,7 @@
 #include <iostream>
 #include <map>
 #include <string>
+#include <vector>
 
 import cilantro;
 using namespace cilantro;
@@ -24,6 +25,17 @@ point_matrix<float, 3> surface(index_t n, std::uint64_t seed) {
   for (auto p : points.colwise()) {
     const double x = random.uniform(0, 2), y = random.uniform(0, 2);
     p << float(x), float(y), float(0.1 * std::sin(5 * x) * std::cos(4 * y));
+  }
+  return points;
+}
+
+/// Points on the unit sphere, all of them corners of their hull.
+point_matrix<double, 3> sphere(index_t n) {
+  point_matrix<double, 3> points(3, n);
+  random_stream random{3};
+  for (auto p : points.colwise()) {
+    p << random.normal(), random.normal(), random.normal();
+    p.normalize();
   }
   return points;
 }
@@ -62,6 +74,9 @@ int main(int count, char** arguments) {
   const auto normals = estimate_normals(points, knn{10}).normals;
   const point_matrix<float, 3> moved = (surface(10'000, 2).array() + 0.01f).matrix();
   const execution one{.threads = 1};
+  const auto corners = sphere(1000);
+  const point_matrix<double, 3> normals_of_few = corners.leftCols(20);
+  const auto polytope = intersect_half_spaces(normals_of_few, std::vector<double>(20, 1));
 
   const std::map<std::string, std::function<double()>> steps{
       {"tree", [&] { return double(kd_tree{points, {.threads = 1}}.size()); }},
@@ -96,6 +111,10 @@ int main(int count, char** arguments) {
          return double(
              connected_components(points, knn{10}, always_similar{}, {.threads = 1}).size());
        }},
+      {"hull", [&] { return convex_hull(corners, {.threads = 1}).volume(); }},
+      {"halfspaces",
+       [&] { return intersect_half_spaces(corners, std::vector<double>(1000, 1)).volume(); }},
+      {"contains", [&] { return double(polytope.contains_each(points, 0, one)[0]); }},
   };
   const auto step = steps.find(count == 2 ? arguments[1] : "");
   if (step == steps.end()) {

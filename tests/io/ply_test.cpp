@@ -136,21 +136,23 @@ TEST_CASE("triangles are written as faces, which readers of points pass over") {
   const test::temporary_folder folder;
   const auto path = folder / "faces.ply";
   const point_cloud<float, 2> cloud{.points = Eigen::Matrix<float, 2, 3>{{0, 1, 0}, {0, 0, 1}}};
-  write_ply(cloud, path, {.format = ply_format::ascii, .triangles = {0, 1, 2, 2, 1, 0}});
+  write_ply(cloud, path,
+            {.format = ply_format::ascii, .triangles = Eigen::Matrix3Xi{{0, 2}, {1, 1}, {2, 0}}});
   CHECK(
       test::read_file(path).ends_with("element face 2\n"
                                       "property list uchar int vertex_indices\n"
                                       "end_header\n0 0\n1 0\n0 1\n3 0 1 2\n3 2 1 0\n"));
   CHECK(read_ply<float, 2>(path) == cloud);
   using namespace std::literals;
-  write_ply(cloud, path, {.format = ply_format::binary_big_endian, .triangles = {0, 1, 2}});
+  write_ply(cloud, path,
+            {.format = ply_format::binary_big_endian, .triangles = Eigen::Vector3i{0, 1, 2}});
   CHECK(test::read_file(path).ends_with("\3\0\0\0\0\0\0\0\1\0\0\0\2"sv));
   CHECK(read_ply<float, 2>(path) == cloud);
-  write_ply(cloud, path, {.triangles = {0, 1, 2}});
+  write_ply(cloud, path, {.triangles = Eigen::Vector3i{0, 1, 2}});
   CHECK(test::read_file(path).ends_with("\3\0\0\0\0\1\0\0\0\2\0\0\0"sv));
-  CHECK_THROWS_AS(write_ply(cloud, path, {.triangles = {0, 1, 3}}), invalid_input);
-  CHECK_THROWS_AS(write_ply(cloud, path, {.triangles = {0, -1, 2}}), invalid_input);
-  CHECK_THROWS_AS(write_ply(cloud, path, {.triangles = {0, 1}}), invalid_input);
+  CHECK_THROWS_AS(write_ply(cloud, path, {.triangles = Eigen::Vector3i{0, 1, 3}}), invalid_input);
+  CHECK_THROWS_AS(write_ply(cloud, path, {.triangles = Eigen::Vector3i{0, -1, 2}}), invalid_input);
+  CHECK_THROWS_AS(write_ply(cloud, path, {.triangles = Eigen::Vector2i{0, 1}}), invalid_input);
   CHECK(test::read_file(path).ends_with("\3\0\0\0\0\1\0\0\0\2\0\0\0"sv));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// message: invalid operands to binary expression
+// message: regions: both sets must have the same dimension
 import cilantro;
 
 int main() {

@@ -97,6 +97,7 @@ TEST_CASE("crops by polytopes and regions keep what they contain, and check_regi
   CHECK(check_region(around, cloud).empty());
   CHECK(check_region(hollow, cloud).empty());
   CHECK(check_region(ball{{1000, 0, 0}, 1}, cloud).empty());
+  CHECK(check_region(cylinder{{999, 0, 0}, {1001, 0, 0}, 1}, cloud).empty());
   bool flips = false;
   const auto fickle = [&](const Eigen::Vector3d&) { return flips = !flips; };
   CHECK_FALSE(check_region(fickle, Eigen::Matrix3Xd{points.leftCols(1).cast<double>()}).empty());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Points and half-spaces of numbers that are hard on geometry: many equal, huge, tiny, not finite.
+#include <malloc.h>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -116,4 +117,52 @@ TEST_CASE("half-spaces of hostile numbers have an intersection, or the call thro
     }
   }
   CHECK(made > rounds() / 4);
+}
+
+TEST_CASE("hulls of coordinates of which sums are no numbers are refused") {
+  for (const index_t count : {5, 5000}) {
+    Eigen::MatrixXd points = test::random_points<test::d2>(count);
+    CHECK(convex_hull(Eigen::MatrixXd{1e307 * points}).status() == polytope_status::bounded);
+    for (const double huge : {1.1e307, 1.2e308, -1.7e308}) {
+      points(0, 3) = huge;
+      CHECK_THROWS_WITH_AS((void)convex_hull(points),
+                           "convex_hull: coordinates must be at most 10^307", invalid_input);
+    }
+  }
+}
+
+TEST_CASE("half-spaces so far away that their corners are no numbers are refused") {
+  Eigen::Matrix2Xd normals(2, 2);
+  normals << 1, 0, 0, 1;
+  const std::vector<double> offsets{-15.0, 0.0};
+  CHECK_FALSE(intersect_half_spaces(normals, offsets).empty());
+  for (const double tiny : {1e-300, -2.5e-306, 5e-324}) {
+    normals(0, 0) = tiny;
+    CHECK_THROWS_WITH_AS((void)intersect_half_spaces(normals, offsets),
+                         "intersect_half_spaces: an offset is out of range for its normal",
+                         invalid_input);
+  }
+}
+
+TEST_CASE("thousands of hulls leave no memory behind, made or not") {
+  const auto make_hulls = [] {
+    for (std::uint64_t round = 0; round < 1000; ++round) {
+      random_stream random{round};
+      Eigen::MatrixXd points(whole(random, 2, 5), whole(random, 0, 20));
+      for (index_t i = 0; i < points.size(); ++i)
+        points.data()[i] =
+            round % 4 == 0 ? hostile_number(random) : std::floor(random.uniform(-3, 4));
+      try {
+        const auto hull = convex_hull(points);
+        (void)hull.interior_ball();
+      } catch (const std::exception&) {
+      }
+    }
+  };
+  // What is set up once, and what the allocator keeps at hand, counts as used and comes before.
+  make_hulls();
+  const auto before = mallinfo2().uordblks;
+  for (int again = 0; again < 10; ++again) make_hulls();
+  const auto after = mallinfo2().uordblks;
+  CHECK(after <= before + 4096);
 }

@@ -2,6 +2,7 @@
 export module cilantro.io:ply;
 
 import cilantro.standard;
+import cilantro.eigen;
 import cilantro.core;
 import cilantro.cloud;
 import :file_options;
@@ -16,8 +17,8 @@ export struct ply_write_options {
   ply_format format = ply_format::binary_little_endian;
   /// Whether colours are written as float; otherwise, they are rounded to 8 bits.
   bool float_colors = false;
-  /// Triangles to write as faces: indices of points of the cloud, three after another.
-  index_list triangles = {};
+  /// Triangles to write as faces, one per column: by the indices of three points of the cloud.
+  Eigen::MatrixXi triangles = {};
   task_monitor monitor = {};
 };
 
@@ -53,7 +54,8 @@ export template <Scalar S, int D = 3>
 /// then, and if anything fails, the existing file stays as it was. (A pipe, a device or anything
 /// else that is not a regular file is written to directly.) Throws `io_error`; and `invalid_input`
 /// for mismatched sizes, for attributes whose names would be ambiguous or contain white space, for
-/// attributes of 64-bit integers, and for triangles of points that the cloud does not have.
+/// attributes of 64-bit integers, and for triangles of other than three points, or of points that
+/// the cloud does not have.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,

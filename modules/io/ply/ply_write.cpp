@@ -41,7 +41,7 @@ std::vector<file_column> ply_columns(const auto& cloud, bool float_colors) {
 }
 
 std::string header_of(const std::vector<file_column>& columns,
-                      const std::vector<std::string>& comments, index_t size, std::size_t triangles,
+                      const std::vector<std::string>& comments, index_t size, index_t triangles,
                       ply_format format) {
   constexpr std::array formats{"ascii", "binary_little_endian", "binary_big_endian"};
   std::string text =
@@ -69,18 +69,18 @@ std::string header_of(const std::vector<file_column>& columns,
 }
 
 /// Faces as PLY has them: how many corners, and which.
-std::string faces_of(const index_list& triangles, ply_format format) {
+std::string faces_of(const Eigen::MatrixXi& triangles, ply_format format) {
   std::string bytes;
-  for (std::size_t i = 0; i < triangles.size(); i += 3) {
+  for (const auto triangle : triangles.colwise()) {
     if (format == ply_format::ascii) {
       bytes += '3';
-      for (int k = 0; k < 3; ++k) bytes += ' ' + std::to_string(triangles[i + k]);
+      for (const auto i : triangle) bytes += ' ' + std::to_string(i);
       bytes += '\n';
       continue;
     }
     bytes += '\3';
-    for (int k = 0; k < 3; ++k) {
-      const auto number = static_cast<std::uint32_t>(triangles[i + k]);
+    for (const auto i : triangle) {
+      const auto number = static_cast<std::uint32_t>(i);
       for (int b = 0; b < 4; ++b) {
         const int place = format == ply_format::binary_little_endian ? b : 3 - b;
         bytes += static_cast<char>(number >> (8 * place) & 0xff);
@@ -97,15 +97,16 @@ template <Scalar S, int D>
 void write_ply(const point_cloud<S, D>& cloud, const std::filesystem::path& path,
                const ply_write_options& options) {
   expect_consistent(cloud, "write_ply");
-  expects(options.triangles.size() % 3 == 0, "write_ply: triangles must have three corners each");
-  for (const auto i : options.triangles)
+  expects(options.triangles.cols() == 0 || options.triangles.rows() == 3,
+          "write_ply: triangles must have three corners each");
+  for (const auto i : options.triangles.reshaped())
     expects(0 <= i && i < cloud.size(), "write_ply: a triangle has a point that is not there");
   const auto columns = ply_columns(cloud, options.float_colors);
   auto comments = cloud.comments;
   if (cloud.has_origin()) comments.push_back(origin_comment<D>(cloud.origin));
   if (cloud.is_organized()) comments.push_back(size_comment(cloud.width, cloud.height));
   const auto header =
-      header_of(columns, comments, cloud.size(), options.triangles.size() / 3, options.format);
+      header_of(columns, comments, cloud.size(), options.triangles.cols(), options.format);
   with_output(path, [&](detail::output_file& file) {
     const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
     put(header);

@@ -12,6 +12,7 @@
 #include <vector>
 
 import cilantro;
+import cilantro.visualization;
 using namespace cilantro;
 
 namespace {
@@ -78,6 +79,9 @@ int main(int count, char** arguments) {
   const point_matrix<double, 3> normals_of_few = corners.leftCols(20);
   const auto polytope = intersect_half_spaces(normals_of_few, std::vector<double>(20, 1));
 
+  const auto seen = scene{}.set("points", all, cloud_look{.size = splat_length{0.02}});
+  const view from = fit(seen, {.width = 320, .height = 200});
+
   const std::map<std::string, std::function<double()>> steps{
       {"tree", [&] { return double(kd_tree{points, {.threads = 1}}.size()); }},
       {"knn", [&] { return double(tree.find_all(points, knn{10}, one).distances()[0]); }},
@@ -114,6 +118,20 @@ int main(int count, char** arguments) {
       {"hull", [&] { return convex_hull(corners, {.threads = 1}).volume(); }},
       {"halfspaces",
        [&] { return intersect_half_spaces(corners, std::vector<double>(1000, 1)).volume(); }},
+      {"bend",
+       [&] {
+         return double(align_non_rigid(oriented_points_view<float, 3>{as_points(moved)},
+                                       oriented_points_view<float, 3>{points, as_points(normals)},
+                                       {.spacing = 0.2,
+                                        .max_distance = 0.1,
+                                        .max_iterations = 2,
+                                        .final_iterations = 2,
+                                        .tolerance = 1e-9,
+                                        .threads = 1})
+                           .rmse);
+       }},
+      {"picture",
+       [&] { return double(render(seen, from, {.threads = 1}).pixels()[320 * 100 + 160][0]); }},
       {"contains", [&] { return double(polytope.contains_each(points, 0, one)[0]); }},
   };
   const auto step = steps.find(count == 2 ? arguments[1] : "");

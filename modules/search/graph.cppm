@@ -76,7 +76,8 @@ neighborhoods<S> closed_edge_graph(points_view<S, D> points,
 /// The graph of the edges of simplices, such as the triangles of a mesh (`3 × M`, the indices of
 /// their points), tetrahedra (`4 × M`) or edges themselves (`2 × M`): both ways, each once, by
 /// ascending length. Edges of points that are not finite are left out. Throws `invalid_input` for
-/// an index that is not one of a point. O(N + M).
+/// an index that is not one of a point, and for simplices of fewer than two points or of more than
+/// one more than there are dimensions. O(N + M).
 export template <PointsSource P>
 [[nodiscard]] auto edge_graph(const P& points, const Eigen::Ref<const Eigen::MatrixXi>& simplices,
                               const execution& how = {}) {

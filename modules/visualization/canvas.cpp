@@ -39,6 +39,9 @@ void canvas::add(point_batch batch) {
           "canvas: points need as many normals, or none");
   expects(batch.size.sizes.size() == 1 || batch.size.sizes.size() == n,
           "canvas: points need one size for all, or one each");
+  expects(batch.size.sizes.size() == 0 ||
+              (batch.size.sizes.allFinite() && batch.size.sizes.minCoeff() >= 0),
+          "canvas: the sizes of points must be finite and not negative");
   extend(bounds_, batch.points, batch.origin);
   points_.push_back(std::move(batch));
 }
@@ -48,7 +51,7 @@ void canvas::add(line_batch batch) {
   if (batch.segments.cols() == 0) {
     expects(n % 2 == 0, "canvas: without .segments, two points are a line each");
     batch.segments.resize(2, n / 2);
-    for (int i = 0; i < n; ++i) batch.segments(i % 2, i / 2) = i;
+    for (index_t i = 0; i < n; ++i) batch.segments(i % 2, i / 2) = int(i);
   }
   expect_batch(batch, batch.segments.cols(), "canvas: lines need one colour for all, or one each");
   expect_indices(batch.segments, n);

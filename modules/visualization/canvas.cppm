@@ -73,17 +73,23 @@ export struct color_legend {
   double low = 0, high = 1;  ///< The values at the ends.
 };
 
-/// What something consists of that is drawn.
+/// What something consists of that is drawn. Passed by reference, and never copied.
 export class canvas {
  public:
+  canvas() = default;
+  canvas(canvas&&) = default;
+  canvas& operator=(canvas&&) = default;
+
   /// Each throws `invalid_input` for colours, normals or sizes that are not as many as their kind
-  /// allows, for indices that are not those of points, and for opacities beyond 0 and 1.
+  /// allows, for indices that are not those of points, for sizes, widths and origins that make no
+  /// sense, and for opacities beyond 0 and 1. A label at a place that is not finite is left out.
   void add(point_batch batch);
   void add(line_batch batch);
   void add(triangle_batch batch);
   void add(label batch);
   void add(color_legend legend);
 
+  /// What was added of each kind, in that order.
   [[nodiscard]] const std::vector<point_batch>& points() const { return points_; }
   [[nodiscard]] const std::vector<line_batch>& lines() const { return lines_; }
   [[nodiscard]] const std::vector<triangle_batch>& triangles() const { return triangles_; }

@@ -63,11 +63,14 @@ color_matrix colored_by(const std::vector<double>& values, const auto& by, std::
       low = std::min(low, value);
       high = std::max(high, value);
     }
-  if (!(low <= high)) low = high = 0;
-  low = by.low.value_or(low);
-  high = by.high.value_or(high);
-  expects(std::isfinite(low) && std::isfinite(high) && low <= high,
-          "draw: the lowest value of the colours must not be above the highest");
+  if (!(low <= high)) low = high = by.low.value_or(by.high.value_or(0));
+  // An end that is not given makes room for the other one.
+  low = by.low.value_or(std::min(low, by.high.value_or(low)));
+  high = by.high.value_or(std::max(high, low));
+  expects(
+      std::isfinite(low) && std::isfinite(high) && low <= high,
+      "draw: the values at the ends of the colours must be finite, and the lowest not above the "
+      "highest");
   color_matrix colors(3, std::ssize(values));
   for (index_t i = 0; i < colors.cols(); ++i)
     set(colors, i,
@@ -92,7 +95,8 @@ struct colorer {
     return colored_by(values_of(attribute_named(all, by.name)), by, by.name, on);
   }
   color_matrix operator()(const by_coordinate& by) const {
-    expects(0 <= by.axis && by.axis < 3, "by_coordinate: the axis must be 0, 1 or 2");
+    expects(0 <= by.axis && (by.axis < all.dimension || all.points.cols() == 0) && by.axis < 3,
+            "by_coordinate: the points have no such axis; the first is 0");
     std::vector<double> values;
     for (const float x : all.points.row(by.axis)) values.push_back(double(x) + all.origin[by.axis]);
     return colored_by(values, by, std::string{"xyz"[by.axis]}, on);
@@ -127,27 +131,51 @@ struct colorer {
   }
 };
 
-Eigen::VectorXf spacing_of(const Eigen::Matrix3Xf& points, double factor) {
-  const kd_tree tree{points};
+/// The middle one of some numbers, which are put in another order.
+float middle_of(std::vector<float>& numbers) {
+  const auto middle = numbers.begin() + std::ssize(numbers) / 2;
+  std::ranges::nth_element(numbers, middle);
+  return *middle;
+}
+
+Eigen::VectorXf spacing_of(const Eigen::Matrix3Xf& points, double factor, int threads) {
+  const kd_tree tree{points, {.threads = threads}};
   constexpr knn with_itself{9};
+  const visit_options how{.ascending = false, .threads = threads};
   Eigen::VectorXf farthest = Eigen::VectorXf::Zero(points.cols());
-  visit_neighborhoods(tree, points, with_itself, [&](const neighborhood_block<float>& block) {
+  const auto measure = [&](const neighborhood_block<float>& block) {
     for (index_t i = 0; i < block.size(); ++i)
       for (const auto& near : block[i])
         farthest[block.query(i)] = std::max(farthest[block.query(i)], near.distance);
-  });
-  // At the border of a surface neighbours are on one side only, and so farther.
+  };
+  visit_neighborhoods(tree, points, with_itself, measure, how);
+  // At the border of a surface neighbours are on one side only, and so farther than inside.
   Eigen::VectorXf sizes = farthest;
-  visit_neighborhoods(tree, points, with_itself, [&](const neighborhood_block<float>& block) {
-    for (index_t i = 0; i < block.size(); ++i)
-      for (const auto& near : block[i])
-        sizes[block.query(i)] = std::min(sizes[block.query(i)], farthest[near.index]);
-  });
-  return float(factor) * sizes;
+  const auto compare = [&](const neighborhood_block<float>& block) {
+    std::vector<float> around;
+    for (index_t i = 0; i < block.size(); ++i) {
+      around.clear();
+      for (const auto& near : block[i]) around.push_back(farthest[near.index]);
+      float& size = sizes[block.query(i)];
+      if (!around.empty()) size = std::min(size, middle_of(around));
+    }
+  };
+  visit_neighborhoods(tree, points, with_itself, compare, how);
+  // Points that are far from all others must not hide anything, and nine at one place be seen.
+  constexpr float largest = 3;
+  std::vector<float> known;
+  for (const float size : sizes)
+    if (size > 0) known.push_back(size);
+  const float usual = known.empty() ? 0 : middle_of(known);
+  for (float& size : sizes)
+    size = float(std::min(double(size > 0 ? std::min(size, largest * usual) : usual) * factor,
+                          double(std::numeric_limits<float>::max())));
+  return sizes;
 }
 
 struct sizer {
   const Eigen::Matrix3Xf& points;
+  int threads;
 
   point_size operator()(const splat_pixels& size) const {
     return {point_size::unit::pixels, Eigen::VectorXf::Constant(1, float(double(size.diameter)))};
@@ -157,7 +185,7 @@ struct sizer {
   }
   point_size operator()(const local_spacing& by) const {
     if (points.cols() == 0) return (*this)(splat_pixels{});
-    return {point_size::unit::length, spacing_of(points, by.factor)};
+    return {point_size::unit::length, spacing_of(points, by.factor, threads)};
   }
 };
 
@@ -166,7 +194,7 @@ struct sizer {
 void draw_points(points_to_draw all, canvas& on, const cloud_look& look) {
   point_batch batch;
   batch.colors = std::visit(colorer{all, on}, look.color);
-  batch.size = std::visit(sizer{all.points}, look.size);
+  batch.size = std::visit(sizer{all.points, look.threads}, look.size);
   batch.opacity = look.opacity;
   batch.origin = all.origin;
   if (look.lit) batch.normals = std::move(all.normals);

@@ -43,7 +43,7 @@ export using point_coloring =
 /// which it is least. Closes a grid of squares, also where scans lie on each other. Takes two
 /// searches for all points.
 export struct local_spacing {
-  positive factor = 1.25;  ///< Smaller ones show more detail, and more holes.
+  positive factor = 1.5;  ///< Smaller ones show more detail, and more holes.
 };
 /// Splats of one diameter, in the units of the points.
 export struct splat_length {
@@ -61,7 +61,8 @@ export struct cloud_look {
   point_coloring color = own_colors{};  ///< Of the points.
   splat_size size = local_spacing{};    ///< Of the splats.
   bool lit = true;                      ///< Whether points with normals are lit from the eye.
-  double opacity = 1;                   ///< From 0, which shows nothing, to 1.
+  double opacity = 1;  ///< Of each splat, and several lie on each other: from 0 to 1.
+  int threads = 0;     ///< For `local_spacing`.
 };
 
 /// What there is to draw of points of any kind.
@@ -71,6 +72,7 @@ struct points_to_draw {
   Eigen::Matrix3Xf normals;
   points_view<float, 3> colors;
   std::span<const attribute> attributes;
+  index_t dimension;
 };
 void draw_points(points_to_draw all, canvas& on, const cloud_look& look);
 
@@ -109,12 +111,12 @@ void draw(const P& points, canvas& on, const cloud_look& look = {}) {
   const auto view = points_in(points);
   expects(view.dimension() <= 3,
           "draw: points have at most three dimensions: choose three, or find them by "
-          "principal_components or classical_mds");
+          "principal_components or multidimensional_scaling");
   // Floats are as exact as they are where they are.
   const Eigen::Vector3d middle = std::same_as<scalar_of<P>, float>
                                      ? Eigen::Vector3d{Eigen::Vector3d::Zero()}
                                      : middle_of(view);
-  points_to_draw all{in_three_dimensions(view, middle), middle, {}, {}, {}};
+  points_to_draw all{in_three_dimensions(view, middle), middle, {}, {}, {}, view.dimension()};
   if constexpr (PointCloud<P>) {
     expect_consistent(points, "draw");
     all.attributes = points.attributes;

@@ -4,10 +4,10 @@
 module;
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -57,11 +57,14 @@ class written_text {
   void cover(image<rgb>& picture, float x, float y, float half, const rgb& color,
              float opacity) const {
     const float margin = half + 1;
-    const int left = std::max(0, int(std::floor(x - margin)));
-    const int right = std::min(picture.width() - 1, int(std::ceil(x + width() + margin)));
-    const int top = std::max(0, int(std::floor(y - 0.3f * height_ - margin)));
+    const auto within = [](float at, int size) { return int(std::clamp(at, -1.0f, float(size))); };
+    const int left = std::max(0, within(std::floor(x - margin), picture.width()));
+    const int right =
+        std::min(picture.width() - 1, within(std::ceil(x + width() + margin), picture.width()));
+    const int top = std::max(0, within(std::floor(y - 0.3f * height_ - margin), picture.height()));
     const int bottom =
-        std::min(picture.height() - 1, int(std::ceil(y + full_height() + 0.5f * height_ + margin)));
+        std::min(picture.height() - 1,
+                 within(std::ceil(y + full_height() + 0.5f * height_ + margin), picture.height()));
     if (left > right || top > bottom) return;
     const int columns = right - left + 1;
     std::vector<float> shares(std::size_t(columns) * std::size_t(bottom - top + 1), 0.0f);
@@ -69,10 +72,14 @@ class written_text {
       for (std::size_t i = 0; i + 1 < std::max<std::size_t>(stroke.size(), 2); ++i) {
         const Eigen::Vector2f a = at(stroke[i], x, y),
                               b = at(stroke[std::min(i + 1, stroke.size() - 1)], x, y);
-        const int u0 = std::max(left, int(std::floor(std::min(a.x(), b.x()) - margin)));
-        const int u1 = std::min(right, int(std::ceil(std::max(a.x(), b.x()) + margin)));
-        const int v0 = std::max(top, int(std::floor(std::min(a.y(), b.y()) - margin)));
-        const int v1 = std::min(bottom, int(std::ceil(std::max(a.y(), b.y()) + margin)));
+        const int u0 =
+            std::max(left, within(std::floor(std::min(a.x(), b.x()) - margin), picture.width()));
+        const int u1 =
+            std::min(right, within(std::ceil(std::max(a.x(), b.x()) + margin), picture.width()));
+        const int v0 =
+            std::max(top, within(std::floor(std::min(a.y(), b.y()) - margin), picture.height()));
+        const int v1 =
+            std::min(bottom, within(std::ceil(std::max(a.y(), b.y()) + margin), picture.height()));
         for (int v = v0; v <= v1; ++v)
           for (int u = u0; u <= u1; ++u) {
             float& share =
@@ -100,12 +107,15 @@ rgb readable_on(const rgb& background) {
   return light > 128'000 ? rgb{20, 22, 26} : rgb{240, 240, 240};
 }
 
-/// What is next to nothing beside the range is 0.
-std::string in_four_digits(double value, double range) {
+/// As many digits as tell values of a range apart; what is next to nothing beside it is 0.
+std::string in_few_digits(double value, double range) {
   if (std::abs(value) < 1e-6 * range) value = 0;
+  const double steps = range > 0 ? std::max(std::abs(value) / range, 1.0) : 1;
+  const int digits = std::clamp(4 + int(std::ceil(std::log10(steps))), 4, 15);
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::general, digits);
+  return {text.data(), end.ptr};
 }
 
 /// One bar at the right border, the first at the top; returns where the next one may begin.
@@ -120,13 +130,18 @@ float draw_legend(image<rgb>& picture, const color_legend& legend, float top, fl
 
   const double range = legend.high - legend.low;
   const std::array<written_text, 3> numbers{
-      written_text{in_four_digits(legend.high, range), letter},
-      written_text{in_four_digits(legend.low / 2 + legend.high / 2, range), letter},
-      written_text{in_four_digits(legend.low, range), letter}};
+      written_text{in_few_digits(legend.high, range), letter},
+      written_text{in_few_digits(legend.low / 2 + legend.high / 2, range), letter},
+      written_text{in_few_digits(legend.low, range), letter}};
   float widest = 0;
   for (const auto& number : numbers) widest = std::max(widest, number.width());
   const float right = float(picture.width()) - letter;
   const float left = right - std::max(widest + gap + bar_width, title.width());
+  // Whatever is there must not make the numbers unreadable.
+  for (int y = std::max(0, int(top - letter / 2));
+       y < std::min(picture.height(), int(top + room - letter)); ++y)
+    for (int x = std::max(0, int(left - letter / 2)); x < picture.width(); ++x)
+      mix(picture(x, y), background, 0.6f);
   title.draw(picture, left, top, ink, background);
 
   const int x0 = std::max(0, int(left)), x1 = std::min(picture.width() - 1, int(left + bar_width));

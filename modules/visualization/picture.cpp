@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <filesystem>
+#include <string>
 module cilantro.visualization;
 
 namespace cilantro {
@@ -15,6 +16,9 @@ void write_picture(const scene& all, const std::filesystem::path& path,
 
 void write_picture(const scene& all, const view& from, const std::filesystem::path& path,
                    const render_options& options) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  expects(ending == ".png", "write_picture: the name of a picture must end in .png");
   write_png(render(all, from, options), path);
 }
 

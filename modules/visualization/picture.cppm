@@ -10,7 +10,9 @@ import :view;
 namespace cilantro {
 
 /// Renders a scene and writes the picture as a PNG file, of all of it or of a view. The file
-/// appears under its name when it is complete. Throws as `render` and `write_png` do.
+/// appears under its name when it is complete. Throws `invalid_input` for a name that does not end
+/// in
+/// `.png`, and as `render` and `write_png` do.
 export void write_picture(const scene& all, const std::filesystem::path& path,
                           const render_options& options = {});
 export void write_picture(const scene& all, const view& from, const std::filesystem::path& path,

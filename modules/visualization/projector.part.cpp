@@ -17,29 +17,31 @@ struct projector {
   Eigen::Matrix3d to_camera;
   Eigen::Vector3d eye;
   double fx, fy, cx, cy;
-  int width, height;
-  bool is_orthographic;
+  int width, height, fineness;
+  bool orthographic;
   double nearest;
 
   /// In a picture of another size than that of the camera, what the smaller factor leaves room for
   /// is seen, too. `fineness` pixels of the result along each axis are one of the picture.
-  projector(const view& from, int width, int height, int fineness)
+  projector(const view& from, int picture_width, int picture_height, int fineness)
       : to_camera{from.camera.to_world.linear().transpose()},
         eye{from.eye()},
-        width{width * fineness},
-        height{height * fineness},
-        is_orthographic{from.is_orthographic},
-        nearest{from.is_orthographic ? 0 : 1e-3 * from.distance} {
+        width{picture_width * fineness},
+        height{picture_height * fineness},
+        fineness{fineness},
+        orthographic{from.orthographic},
+        nearest{from.orthographic ? 0 : nearest_share * from.distance} {
     const auto& camera = from.camera;
-    const double factor = std::min(double(width) / camera.width, double(height) / camera.height);
+    const double factor =
+        std::min(double(picture_width) / camera.width, double(picture_height) / camera.height);
     fx = camera.fx * factor * fineness;
     fy = camera.fy * factor * fineness;
     // Integers are the middles of pixels, the borders half a pixel away.
     const auto moved = [&](double c, int from_size, int to_size) {
       return ((c + 0.5 - from_size / 2.0) * factor + to_size / 2.0) * fineness - 0.5;
     };
-    cx = moved(camera.cx, camera.width, width);
-    cy = moved(camera.cy, camera.height, height);
+    cx = moved(camera.cx, camera.width, picture_width);
+    cy = moved(camera.cy, camera.height, picture_height);
   }
 
   /// In pixels, and ahead of the eye.
@@ -48,7 +50,7 @@ struct projector {
   };
   /// Where a point of the camera's coordinates is seen. Precondition: z > 0.
   [[nodiscard]] place seen(const Eigen::Vector3d& p) const {
-    const double scale = is_orthographic ? 1 : 1 / p.z();
+    const double scale = orthographic ? 1 : 1 / p.z();
     return {fx * p.x() * scale + cx, fy * p.y() * scale + cy, p.z()};
   }
   /// The camera's coordinates of a place in the world.
@@ -61,7 +63,7 @@ struct projector {
   };
   [[nodiscard]] ray through(double x, double y) const {
     const Eigen::Vector3d beside{(x - cx) / fx, (y - cy) / fy, 0};
-    if (is_orthographic) return {beside, Eigen::Vector3d::UnitZ()};
+    if (orthographic) return {beside, Eigen::Vector3d::UnitZ()};
     return {Eigen::Vector3d::Zero(), beside + Eigen::Vector3d::UnitZ()};
   }
 };

@@ -51,18 +51,18 @@ void for_splats(const point_batch& batch, const projector& by, const execution& 
   const bool is_length = batch.size.in == point_size::unit::length;
   const auto& sizes = batch.size.sizes;
   const float fx = float(by.fx), fy = float(by.fy), cx = float(by.cx), cy = float(by.cy);
-  const float nearest = float(by.nearest);
+  const float nearest = float(by.nearest), fineness = float(by.fineness);
   // A radius. Larger ones would only be something that is too near.
-  constexpr float largest = 512;
+  const float largest = 512 * fineness;
   parallel_blocks(batch.points.cols(), 1024, how, [&](index_t, index_t begin, index_t end) {
     for (index_t i = begin; i < end; ++i) {
       const Eigen::Vector3f p = place(batch.points.col(i));
-      if (!(p.z() > nearest)) continue;
-      const float scale = by.is_orthographic ? 1 : 1 / p.z();
+      if (!(p.z() > nearest) || !std::isfinite(p.z())) continue;
+      const float scale = by.orthographic ? 1 : 1 / p.z();
       const float size = sizes[sizes.size() == 1 ? 0 : i];
-      const float pixels = is_length ? size * fx * scale : size;
+      const float pixels = is_length ? size * fx * scale : size * fineness;
       splat s{fx * p.x() * scale + cx, fy * p.y() * scale + cy, std::min(pixels / 2, largest),
-              p.z(), is_length ? size : size / (fx * scale)};
+              p.z(), is_length ? size : size * fineness / (fx * scale)};
       // What is smaller than a pixel is a pixel.
       if (!(s.radius >= 0.5f)) s.radius = 0.5f;
       if (s.x + s.radius < -0.5f || s.y + s.radius < -0.5f ||
@@ -97,21 +97,29 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
   }
 }
 
+/// Lines are drawn nearer by this, so that they are seen on a surface.
+constexpr double line_lift = 1 - 1e-3;
+
+/// Where the way from a place that is seen to one that is not has the depth `near`.
+inline Eigen::Vector3d where_nearest(const Eigen::Vector3d& seen, const Eigen::Vector3d& unseen,
+                                     double near) {
+  Eigen::Vector3d p = seen + (seen.z() - near) / (seen.z() - unseen.z()) * (unseen - seen);
+  p.z() = near;
+  return p;
+}
+
 /// Calls `f(segment, pixel, z)` for each pixel of each line of a batch.
 template <class F>
-void rasterize(const line_batch& batch, const projector& by, int fineness, const execution& how,
-               F&& f) {
+void rasterize(const line_batch& batch, const projector& by, const execution& how, F&& f) {
   const batch_placement place{by, batch.origin};
-  // On a surface, lines are seen.
-  constexpr double lift = 1 - 1e-3;
   parallel_for(batch.segments.cols(), how, [&](index_t i) {
     Eigen::Vector3d a = place(batch.points.col(batch.segments(0, i))).cast<double>(),
                     b = place(batch.points.col(batch.segments(1, i))).cast<double>();
     if (!is_finite(a) || !is_finite(b)) return;
     const double near = std::max(by.nearest, 1e-12);
     if (a.z() < near && b.z() < near) return;
-    if (a.z() < near) a += (near - a.z()) / (b.z() - a.z()) * (b - a);
-    if (b.z() < near) b += (near - b.z()) / (a.z() - b.z()) * (a - b);
+    if (a.z() < near) a = where_nearest(b, a, near);
+    if (b.z() < near) b = where_nearest(a, b, near);
     const auto from = by.seen(a), to = by.seen(b);
     const double dx = to.x - from.x, dy = to.y - from.y;
     const bool is_steep = std::abs(dy) > std::abs(dx);
@@ -119,15 +127,16 @@ void rasterize(const line_batch& batch, const projector& by, int fineness, const
     const double begin = is_steep ? from.y : from.x, middle = is_steep ? from.x : from.y;
     const int along_size = is_steep ? by.height : by.width;
     const int aside_size = is_steep ? by.width : by.height;
-    const double half =
-        batch.width * fineness / 2 * (along == 0 ? 1 : std::hypot(along, aside) / std::abs(along));
+    const double half = batch.width * by.fineness / 2 *
+                        (along == 0 ? 1 : std::hypot(along, aside) / std::abs(along));
     const auto steps = pixel_span::between(std::min(begin, begin + along) - 0.5,
                                            std::max(begin, begin + along) + 0.5, along_size)
                            .within(along_size);
     for (int step = steps.first; step <= steps.last; ++step) {
       const double t = along == 0 ? 0 : std::clamp((step - begin) / along, 0.0, 1.0);
-      const double z = lift * (by.is_orthographic ? from.z + t * (to.z - from.z)
-                                                  : 1 / (1 / from.z + t * (1 / to.z - 1 / from.z)));
+      const double z =
+          line_lift * (by.orthographic ? from.z + t * (to.z - from.z)
+                                       : 1 / (1 / from.z + t * (1 / to.z - 1 / from.z)));
       const double center = middle + t * aside;
       auto across = pixel_span::between(center - half, center + half, aside_size);
       if (across.first > across.last) across.first = across.last = int(std::floor(center + 0.5));
@@ -150,7 +159,7 @@ struct clipped_triangle {
       const auto &a = all[i], &b = all[(i + 1) % 3];
       if (a.z() >= near) corners[count++] = a;
       if ((a.z() < near) != (b.z() < near))
-        corners[count++] = a + (near - a.z()) / (b.z() - a.z()) * (b - a);
+        corners[count++] = a.z() < near ? where_nearest(b, a, near) : where_nearest(a, b, near);
     }
   }
 };
@@ -182,7 +191,7 @@ void rasterize(const triangle_batch& batch, const projector& by, const execution
       const auto columns = pixel_span::between(std::min({p[0].x, p[1].x, p[2].x}),
                                                std::max({p[0].x, p[1].x, p[2].x}), by.width)
                                .within(by.width);
-      const auto depth = [&](int k) { return by.is_orthographic ? p[k].z : 1 / p[k].z; };
+      const auto depth = [&](int k) { return by.orthographic ? p[k].z : 1 / p[k].z; };
       for (int y = rows.first; y <= rows.last; ++y)
         for (int x = columns.first; x <= columns.last; ++x) {
           std::array<double, 3> weights;
@@ -197,7 +206,7 @@ void rasterize(const triangle_batch& batch, const projector& by, const execution
           if (!is_inside) continue;
           const double mixed =
               (weights[0] * depth(0) + weights[1] * depth(1) + weights[2] * depth(2)) / area;
-          f(i, index_t(y) * by.width + x, float(by.is_orthographic ? mixed : 1 / mixed));
+          f(i, index_t(y) * by.width + x, float(by.orthographic ? mixed : 1 / mixed));
         }
     }
   });

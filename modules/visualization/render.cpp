@@ -89,11 +89,10 @@ using color = Eigen::Vector3f;
 color color_of(const color_matrix& colors, index_t i) {
   return colors.col(colors.cols() == 1 ? 0 : i).cast<float>();
 }
-/// How bright a surface is that is lit from the eye: both sides alike.
+/// How bright a surface is that is lit from the eye: both sides alike, and fully without a normal.
 float light_on(const Eigen::Vector3f& normal, const Eigen::Vector3f& towards) {
-  const float lengths = normal.squaredNorm() * towards.squaredNorm();
-  if (!(lengths > 0)) return 1;
-  return 0.4f + 0.6f * std::min(std::abs(normal.dot(towards)) / std::sqrt(lengths), 1.0f);
+  const float cosine = std::abs(normal.stableNormalized().dot(towards.stableNormalized()));
+  return cosine <= 1 ? 0.4f + 0.6f * cosine : 1;
 }
 
 /// The weighted sum of colours in a pixel, as integers: the order does not matter.
@@ -105,6 +104,12 @@ struct color_sum {
 struct veil {
   std::uint64_t red = 0, green = 0, blue = 0, weight = 0, opaqueness = 0;
 };
+
+/// How many halvings of what is behind one thing is, in so many parts of one.
+constexpr double opaqueness_unit = 1 << 28;
+std::uint64_t opaqueness_of(double opacity) {
+  return static_cast<std::uint64_t>(-std::log1p(-opacity) / std::log(2.0) * opaqueness_unit + 0.5);
+}
 
 /// `is_alone`: no other thread is there.
 void add_to(std::uint64_t& sum, std::uint64_t value, bool is_alone) {
@@ -135,10 +140,9 @@ class painter {
         });
     for (const auto& [batch, layer, place, first] : all_.lines)
       if (batch->opacity == 1)
-        rasterize(*batch, by_, options_.supersampling, how_,
-                  [&, first](index_t i, index_t pixel, float z) {
-                    put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
-                  });
+        rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
+          put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
+        });
     for (const auto& [batch, layer, place, first] : all_.triangles)
       if (batch->opacity == 1)
         rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
@@ -179,7 +183,7 @@ class painter {
            light_on(place.linear * batch.normals.col(i), towards_eye(place(batch.points.col(i))));
   }
   [[nodiscard]] Eigen::Vector3f towards_eye(const Eigen::Vector3f& p) const {
-    return by_.is_orthographic ? Eigen::Vector3f{0, 0, -1} : Eigen::Vector3f{-p};
+    return by_.orthographic ? Eigen::Vector3f{0, 0, -1} : Eigen::Vector3f{-p};
   }
 
   /// Where the pixel sees a triangle: the weights of its corners.
@@ -272,18 +276,22 @@ class painter {
                                     std::max(1.0, height / options_.supersampling / 720.0))));
     const int x = int(pixel % width), y = int(pixel / width);
     const float z = depth_of(nearest_[pixel]),
-                scale = by_.is_orthographic ? float(by_.fx) / float(width) : 1 / z;
+                scale = by_.orthographic ? float(by_.fx) / float(width) : 1 / z;
+    const auto depth_beside = [&](int dx, int dy) {
+      const int u = x + reach * dx, v = y + reach * dy;
+      if (u < 0 || v < 0 || u >= width || v >= height) return z;
+      const auto key = nearest_[index_t(v) * width + u];
+      return key == nothing ? z : depth_of(key);
+    };
+    // By pairs of opposite neighbours, between which a slope is none.
+    constexpr std::array<std::array<int, 2>, 4> directions{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}}};
     float sum = 0;
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx) {
-        const int u = x + reach * dx, v = y + reach * dy;
-        if ((dx == 0 && dy == 0) || u < 0 || v < 0 || u >= width || v >= height) continue;
-        const auto key = nearest_[index_t(v) * width + u];
-        if (key == nothing) continue;
-        // Beyond this, nearer is just nearer.
-        constexpr float most = 0.02f;
-        sum += std::clamp((z - depth_of(key)) * scale, 0.0f, most);
-      }
+    for (const auto& [dx, dy] : directions) {
+      const float behind = 2 * z - depth_beside(dx, dy) - depth_beside(-dx, -dy);
+      // Beyond this, nearer is just nearer.
+      constexpr float most = 0.04f;
+      sum += std::clamp(behind * scale, 0.0f, most);
+    }
     return 1 / (1 + float(options_.edges) * 12 * sum);
   }
 
@@ -300,8 +308,7 @@ class painter {
       add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f), is_alone_);
       add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f), is_alone_);
       add_to(sum.weight, weight, is_alone_);
-      add_to(sum.opaqueness, static_cast<std::uint64_t>(-std::log2(1 - opacity) * 65536),
-             is_alone_);
+      add_to(sum.opaqueness, opaqueness_of(opacity), is_alone_);
     };
     const auto is_seen = [](double opacity) { return opacity > 0 && opacity < 1; };
     for (const auto& [batch, layer, place, first] : all_.points)
@@ -312,10 +319,9 @@ class painter {
         });
     for (const auto& [batch, layer, place, first] : all_.lines)
       if (is_seen(batch->opacity))
-        rasterize(*batch, by_, options_.supersampling, how_,
-                  [&, batch](index_t i, index_t pixel, float z) {
-                    add(pixel, z, color_of(batch->colors, i), batch->opacity);
-                  });
+        rasterize(*batch, by_, how_, [&, batch](index_t i, index_t pixel, float z) {
+          add(pixel, z, color_of(batch->colors, i), batch->opacity);
+        });
     for (const auto& [batch, layer, place, first] : all_.triangles)
       if (is_seen(batch->opacity))
         rasterize(*batch, by_, how_, [&, batch](index_t i, index_t pixel, float z) {
@@ -324,7 +330,7 @@ class painter {
     parallel_for(std::ssize(picture), how_, [&](index_t pixel) {
       const auto& sum = veils[pixel];
       if (sum.weight == 0) return;
-      const auto through = float(std::exp2(-double(sum.opaqueness) / 65536));
+      const auto through = float(std::exp2(-double(sum.opaqueness) / opaqueness_unit));
       const color mean =
           color{float(sum.red), float(sum.green), float(sum.blue)} / float(sum.weight);
       picture[pixel] = through * picture[pixel] + (1 - through) * mean;
@@ -356,7 +362,7 @@ picture_size size_of(const view& from, const render_options& o) {
   const picture_size size{o.width > 0 ? o.width : camera.width,
                           o.height > 0 ? o.height : camera.height};
   constexpr int longest = 1 << 15;
-  constexpr index_t most = index_t(1) << 28;
+  constexpr index_t most = index_t(1) << 26;
   expects(
       size.width <= longest && size.height <= longest &&
           index_t(size.width) * size.height * o.supersampling * o.supersampling <= most,
@@ -415,15 +421,18 @@ std::optional<picked> pick(const scene& all, const view& from, double x, double 
   if (key == nothing) return std::nullopt;
 
   const auto ray = by.through(0, 0);
-  const Eigen::Vector3d at = ray.origin + depth_of(key) * ray.direction;
   const auto number = static_cast<std::uint32_t>(key);
-  const auto result = [&](const auto& own) {
-    return picked{own.layer->name, own.place, index_t(number) - own.first,
+  const auto result = [&](const auto& own, picked_kind kind, double depth) {
+    const Eigen::Vector3d at = ray.origin + depth * ray.direction;
+    return picked{own.layer->name, kind, own.place, index_t(number) - own.first,
                   by.to_camera.transpose() * at + by.eye};
   };
-  if (number >= drawn.first_triangle) return result(drawing::of(drawn.triangles, number));
-  if (number >= drawn.first_line) return result(drawing::of(drawn.lines, number));
-  return result(drawing::of(drawn.points, number));
+  const double depth = depth_of(key);
+  if (number >= drawn.first_triangle)
+    return result(drawing::of(drawn.triangles, number), picked_kind::triangle, depth);
+  if (number >= drawn.first_line)
+    return result(drawing::of(drawn.lines, number), picked_kind::line, depth / line_lift);
+  return result(drawing::of(drawn.points, number), picked_kind::point, depth);
 }
 
 }  // namespace cilantro

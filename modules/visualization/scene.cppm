@@ -4,6 +4,7 @@ export module cilantro.visualization:scene;
 import cilantro.standard;
 import cilantro.core;
 import :canvas;
+import :clouds;
 
 namespace cilantro {
 
@@ -20,7 +21,7 @@ export class scene {
 
   /// Adds a layer, or replaces what the layer of that name shows, at its place in the order.
   template <Renderable R>
-  scene& set(std::string name, const R& thing) {
+  scene& set(std::string name, const R& thing) [[clang::lifetimebound]] {
     canvas on;
     if constexpr (requires { thing.draw(on); })
       thing.draw(on);
@@ -29,9 +30,9 @@ export class scene {
     return put(std::move(name), std::move(on));
   }
   /// As above, with a look, such as `cloud_look` for clouds.
-  template <class R, class Look>
+  template <class R, class Look = cloud_look>
     requires RenderableWith<R, Look>
-  scene& set(std::string name, const R& thing, const Look& look) {
+  scene& set(std::string name, const R& thing, const Look& look) [[clang::lifetimebound]] {
     canvas on;
     draw(thing, on, look);
     return put(std::move(name), std::move(on));
@@ -42,8 +43,8 @@ export class scene {
   /// Hides a layer, or shows it again. Throws as `remove` does.
   scene& hide(std::string_view name, bool is_hidden = true);
 
-  /// In the order in which they were set.
-  [[nodiscard]] std::span<const layer> layers() const { return layers_; }
+  /// In the order in which they were set. Valid until a layer is set or removed.
+  [[nodiscard]] std::span<const layer> layers() const [[clang::lifetimebound]] { return layers_; }
   /// The box around all layers that are not hidden; empty if there is nothing.
   [[nodiscard]] Eigen::AlignedBox3d bounds() const;
 

@@ -88,7 +88,8 @@ line_batch wireframe(const triangle_batch& mesh, const rgb& color) {
   std::ranges::sort(edges);
   const auto rest = std::ranges::unique(edges);
   edges.erase(rest.begin(), rest.end());
-  line_batch lines{.points = mesh.points, .origin = mesh.origin, .colors = one_color(color)};
+  line_batch lines{.origin = mesh.origin, .colors = one_color(color)};
+  if (!edges.empty()) lines.points = mesh.points;
   lines.width = 1;
   lines.segments.resize(2, std::ssize(edges));
   for (index_t i = 0; i < lines.segments.cols(); ++i)

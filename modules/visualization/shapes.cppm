@@ -39,7 +39,8 @@ export template <PointsSource P>
   for (index_t i = 0; i < view.size(); i += options.every) {
     if (!is_finite(view[i]) || !is_finite(normals[i]) || normals[i].isZero(0)) continue;
     const Eigen::Vector3d from = view[i].template cast<double>() - lines.origin;
-    const Eigen::Vector3d to = from + double(options.length) * normals[i].template cast<double>();
+    const Eigen::Vector3d to =
+        from + double(options.length) * normals[i].template cast<double>().stableNormalized();
     ends.push_back(from.cast<float>());
     ends.push_back(to.cast<float>());
   }
@@ -116,19 +117,22 @@ export struct grid_lines_options {
 /// sense.
 export [[nodiscard]] line_batch grid_lines(const grid_lines_options& options = {});
 
-/// The triangles of a mesh with the given points, `3 × M` indices of these. With colours and
-/// normals, if the points have them.
+/// The triangles of a mesh with the given points, `3 × M` indices of these: those of hulls,
+/// triangulations and outlines, too. With the colours and normals of the points, if they have any;
+/// without normals it looks flat. Its members may be changed before it is drawn.
 export template <PointsSource P>
 [[nodiscard]] triangle_batch triangle_mesh(const P& points,
-                                           const Eigen::Ref<const Eigen::Matrix3Xi>& triangles,
+                                           const Eigen::Ref<const Eigen::MatrixXi>& triangles,
                                            const rgb& color = {200, 200, 200}) {
+  expects(triangles.rows() == 3 || triangles.size() == 0,
+          "triangle_mesh: triangles are columns of three indices");
   // A mesh has the points, colours and normals that a cloud has.
   canvas on;
   draw(points, on, {.color = own_colors{color}, .size = splat_pixels{}});
   const point_batch& drawn = on.points()[0];
   return {.points = drawn.points,
           .origin = drawn.origin,
-          .triangles = triangles,
+          .triangles = triangles.size() == 0 ? Eigen::Matrix3Xi(3, 0) : Eigen::Matrix3Xi{triangles},
           .colors = drawn.colors,
           .normals = drawn.normals};
 }

@@ -46,9 +46,9 @@ scene_reach reach_of(const scene& all, const view& from, const Eigen::Array2d& s
   const Eigen::Matrix3d to_camera = from.camera.to_world.linear().transpose();
   const Eigen::Vector3d middle = from.eye() + from.distance * from.ahead();
   scene_reach reach{{-infinity, -infinity}, {-infinity, -infinity}, infinity, -infinity};
-  const auto add = [&](const Eigen::Vector3d& p) {
+  const auto add = [&](const Eigen::Vector3d& p, double radius = 0) {
     if (!is_finite(p)) return;
-    const Eigen::Array2d beside = p.head<2>(), ahead = slope * p.z();
+    const Eigen::Array2d beside = p.head<2>(), ahead = slope * p.z() - radius;
     reach.high = reach.high.max(beside - ahead);
     reach.low = reach.low.max(-beside - ahead);
     reach.nearest = std::min(reach.nearest, p.z());
@@ -57,8 +57,13 @@ scene_reach reach_of(const scene& all, const view& from, const Eigen::Array2d& s
   const auto add_batches = [&](const auto& batches) {
     for (const auto& batch : batches) {
       const Eigen::Vector3d offset = to_camera * (batch.origin - middle);
-      for (const auto p : batch.points.colwise())
-        add(to_camera * p.template cast<double>() + offset);
+      for (index_t i = 0; i < batch.points.cols(); ++i) {
+        double radius = 0;
+        if constexpr (requires { batch.size; })
+          if (batch.size.in == point_size::unit::length)
+            radius = double(batch.size.sizes[batch.size.sizes.size() == 1 ? 0 : i]) / 2;
+        add(to_camera * batch.points.col(i).template cast<double>() + offset, radius);
+      }
     }
   };
   for (const auto& layer : all.layers()) {
@@ -85,6 +90,9 @@ void expect_camera(const pinhole_camera<double>& camera, const char* who) {
   expects(camera.fx > 0 && camera.fy > 0 && is_number(camera.fx) && is_number(camera.fy) &&
               is_number(camera.cx) && is_number(camera.cy) && camera.to_world.matrix().allFinite(),
           std::string{who} + ": the camera must be finite, and its focal lengths positive");
+  const Eigen::Matrix3d turn = camera.to_world.linear();
+  expects((turn * turn.transpose()).isIdentity(1e-3) && turn.determinant() > 0,
+          std::string{who} + ": the pose of the camera must be a rotation and a translation");
 }
 
 view look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& at, const Eigen::Vector3d& up,
@@ -97,7 +105,9 @@ view look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& at, const Eigen:
   expects(distance > 0 && std::isfinite(distance),
           "look_at: the eye must not be where it looks at");
   const Eigen::Vector3d ahead = across / distance, upright = up.stableNormalized();
-  expects(ahead.cross(upright).norm() > 1e-9, "look_at: the view must not be along up");
+  expects(ahead.cross(upright).norm() > 1e-9,
+          "the direction of a view must not be along up: from straight above, another axis is up, "
+          "such as {0, 1, 0}");
 
   view result;
   const double focal = focal_length(options) / (options.orthographic ? distance : 1);
@@ -105,7 +115,7 @@ view look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& at, const Eigen:
                    focal,         (options.width - 1) / 2., (options.height - 1) / 2.};
   result.camera.to_world.linear() = axes_of(ahead, upright);
   result.camera.to_world.translation() = eye;
-  result.is_orthographic = options.orthographic;
+  result.orthographic = options.orthographic;
   result.distance = distance;
   result.up = upright;
   return result;
@@ -150,7 +160,7 @@ view fit(const scene& all, const Eigen::Vector3d& direction, const Eigen::Vector
     const double factor = std::max((half / slope).maxCoeff(), 1e-6 * size);
     result.camera.fx = result.camera.fy = focal_length(options) / factor;
   } else {
-    back = std::min((-half / slope).minCoeff(), reach.nearest - 1e-3 * size);
+    back = std::min((-half / slope).minCoeff(), reach.nearest - 2 * nearest_share * size);
   }
   result.distance = depth - back;
   result.camera.to_world.translation() =
@@ -159,6 +169,12 @@ view fit(const scene& all, const Eigen::Vector3d& direction, const Eigen::Vector
 }
 
 view orbit(view from, const orbit_angles& angles) {
+  expect_camera(from.camera, "orbit");
+  expects(std::isfinite(angles.right) && std::isfinite(angles.up) && std::isfinite(from.distance),
+          "orbit: the angles and the distance of the view must be finite");
+  from.up = from.up.stableNormalized();
+  expects(is_finite(from.up) && from.up.cross(from.ahead()).norm() > 1e-9,
+          "orbit: the view must have an up that is not ahead");
   const Eigen::Vector3d at = from.eye() + from.distance * from.ahead();
   const Eigen::Vector3d ahead = Eigen::AngleAxisd{angles.right, from.up} * from.ahead();
   const double height = std::asin(std::clamp(-ahead.dot(from.up), -1.0, 1.0));
@@ -173,7 +189,10 @@ view orbit(view from, const orbit_angles& angles) {
 }
 
 view pan(view from, const pan_pixels& by) {
-  const double depth = from.is_orthographic ? 1 : from.distance;
+  expect_camera(from.camera, "pan");
+  expects(std::isfinite(by.right) && std::isfinite(by.down) && std::isfinite(from.distance),
+          "pan: the pixels and the distance of the view must be finite");
+  const double depth = from.orthographic ? 1 : from.distance;
   const Eigen::Vector3d step{-by.right * depth / from.camera.fx, -by.down * depth / from.camera.fy,
                              0};
   from.camera.to_world.translation() += from.camera.to_world.linear() * step;
@@ -181,7 +200,7 @@ view pan(view from, const pan_pixels& by) {
 }
 
 view zoom(view from, positive factor) {
-  if (from.is_orthographic) {
+  if (from.orthographic) {
     from.camera.fx *= factor;
     from.camera.fy *= factor;
     return from;
@@ -193,7 +212,7 @@ view zoom(view from, positive factor) {
 }
 
 std::vector<view> turntable(const view& from, int count) {
-  expects(count >= 1, "turntable: there must be at least one view");
+  expects(1 <= count && count <= 100'000, "turntable: there are 1 to 100,000 views");
   std::vector<view> all;
   for (int i = 0; i < count; ++i) all.push_back(orbit(from, {.right = 2 * pi * i / count}));
   return all;

@@ -14,11 +14,11 @@ export struct view {
   /// Any focal lengths and principal point; the size is that of the picture.
   pinhole_camera<double> camera = {1280, 720, 869, 869, 639.5, 359.5};
   /// Parallel rays: then the focal lengths are pixels per unit of length, at every distance.
-  bool is_orthographic = false;
+  bool orthographic = false;
   /// How far ahead what is looked at is: `orbit` turns around it.
   double distance = 1;
-  /// What `orbit` keeps upright.
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  /// What `orbit` keeps upright, of any length.
+  Eigen::Vector3d up = -Eigen::Vector3d::UnitY();
 
   view() = default;
   /// What a camera sees. Its own up is up.
@@ -66,26 +66,30 @@ export [[nodiscard]] view fit(const scene& all, const view_options& options = {}
 export [[nodiscard]] view fit(const scene& all, const Eigen::Vector3d& direction,
                               const Eigen::Vector3d& up, const view_options& options = {});
 
+/// The share of the distance of a view within which nothing is seen.
+inline constexpr double nearest_share = 1e-3;
+
 /// Angles that a view is turned by, in radians.
 export struct orbit_angles {
   double right = 0;  ///< The eye goes to the right, around what is up.
   double up = 0;     ///< The eye rises, to just below the zenith at most.
 };
-/// Turns a view around what it looks at.
+/// Turns a view around what it looks at. Throws `invalid_input` for a view or angles that are not
+/// finite, or if up is ahead.
 export [[nodiscard]] view orbit(view from, const orbit_angles& angles);
 
 /// How far the picture is moved, in pixels.
 export struct pan_pixels {
   double right = 0, down = 0;  ///< What is at the distance of the view moves by as many.
 };
-/// Moves a view sideways, so that the picture moves.
+/// Moves a view sideways, so that the picture moves. Throws `invalid_input` for what is not finite.
 export [[nodiscard]] view pan(view from, const pan_pixels& by);
 
 /// Moves a view ahead, so that what it looks at becomes `factor` times as large.
 export [[nodiscard]] view zoom(view from, positive factor);
 
 /// So many views all around what is looked at, the first being `from`. Throws `invalid_input` for
-/// fewer than 1.
+/// fewer than 1 or more than 100,000, and as `orbit` does.
 export [[nodiscard]] std::vector<view> turntable(const view& from, int count);
 
 }  // namespace cilantro

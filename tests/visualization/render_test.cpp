@@ -138,7 +138,7 @@ TEST_CASE("what is nearer hides what is farther, in whatever order") {
 
 TEST_CASE("parallel rays show everything at one scale") {
   view v = from_above();
-  v.is_orthographic = true;
+  v.orthographic = true;
   v.camera.fx = v.camera.fy = 100;
   for (const double z : {5.0, -50.0}) {
     const auto picture = render(scene{}.set("s", square(0.3, z, blue)), v, plain());
@@ -308,6 +308,63 @@ TEST_CASE("supersampling makes borders of what they share") {
   CHECK(between > 100);
 }
 
+TEST_CASE("sizes in pixels are those of the picture, however it is sampled") {
+  line_batch line{.colors = one_color(green)};
+  line.points.resize(3, 2);
+  line.points << -0.5f, 0.5f, 0.4f, 0.4f, 0, 0;
+  line.width = 3;
+  const auto all = scene{}.set("p", one_point(0, 0, 0, red, 20)).set("l", line);
+  const auto brightness = [&](int fine, int channel) {
+    auto options = plain();
+    options.supersampling = fine;
+    double sum = 0;
+    for (const auto& pixel : render(all, from_above(), options).pixels()) sum += pixel[channel];
+    return sum / 255;
+  };
+  for (const int fine : {2, 4}) {
+    CHECK(brightness(fine, 0) == doctest::Approx(brightness(1, 0)).epsilon(0.05));
+    CHECK(brightness(fine, 1) == doctest::Approx(brightness(1, 1)).epsilon(0.05));
+  }
+}
+
+TEST_CASE("slopes are not edges") {
+  auto slope = square(0.5, 0, red);
+  slope.points.row(2) << -0.4f, 0.4f, 0.4f, -0.4f;
+  auto options = plain();
+  const auto without = render(scene{}.set("s", slope), from_above(), options);
+  options.edges = 1;
+  const auto with = render(scene{}.set("s", slope), from_above(), options);
+  for (int y = 50; y < 100; ++y)
+    for (int x = 75; x < 125; ++x) CHECK(std::abs(with(x, y)[0] - without(x, y)[0]) <= 1);
+}
+
+TEST_CASE("numbers beyond all measure draw something or nothing, and never fail") {
+  constexpr float most = std::numeric_limits<float>::max();
+  point_batch points = one_point(0, 0, 0, red, 9);
+  points.points.resize(3, 3);
+  points.points << 0, most, 0, 0, most, 0, most, most, -most;
+  points.normals = Eigen::Matrix3Xf::Constant(3, 3, most);
+  line_batch line{.colors = one_color(green)};
+  line.points.resize(3, 4);
+  line.points << 0, 0, -most, most, 0, 0, 0, 0, -most, 9, 1, 1;
+  auto mesh = square(0.5, 0, blue);
+  mesh.points(2, 0) = -most;
+  mesh.points(0, 1) = most;
+  scene all;
+  all.set("points", points).set("line", line).set("mesh", mesh);
+  all.set("text", label{std::string(3000, 'm'), {0, 0, 0}, red, 1000});
+  for (const bool orthographic : {false, true}) {
+    view v = from_above();
+    v.orthographic = orthographic;
+    auto options = plain();
+    options.edges = 1;
+    options.blend = true;
+    CHECK(render(all, v, options).width() == 201);
+    (void)fit(all);
+    CHECK(render(all, fit(all, {.width = 64, .height = 48}), options).width() == 64);
+  }
+}
+
 TEST_CASE("a picture of another size shows what the camera sees, and no view is stretched") {
   auto options = plain();
   options.width = 402;
@@ -346,11 +403,13 @@ TEST_CASE("what is picked is what is seen") {
       pick(all, v, 1000 * seen.x() / seen.z() + 100, 1000 * seen.y() / seen.z() + 75);
   REQUIRE(found);
   CHECK(found->layer == "points");
+  CHECK(found->kind == picked_kind::point);
   CHECK(found->index == 1);
   CHECK((found->place - Eigen::Vector3d{-0.5, 0.25, 1}).norm() < 0.01);
   const auto mesh = pick(all, v, 110, 70);
   REQUIRE(mesh);
   CHECK(mesh->layer == "mesh");
+  CHECK(mesh->kind == picked_kind::triangle);
   CHECK(mesh->place.z() == doctest::Approx(2));
   CHECK_FALSE(pick(all, v, 3, 3));
   CHECK_FALSE(pick(all, v, -1, 3));
@@ -368,6 +427,7 @@ TEST_CASE("options of pictures that make no sense are refused") {
   refused({.width = -1, .height = -1});
   refused({.width = 40'000, .height = 1});
   refused({.width = 30'000, .height = 30'000});
+  refused({.width = 8000, .height = 8000, .supersampling = 2});
   refused({.edges = -1});
   refused({.edges = not_a_number});
   refused({.supersampling = 0});
@@ -382,6 +442,8 @@ TEST_CASE("options of pictures that make no sense are refused") {
   refused_view([](view& b) { b.camera.cx = not_a_number; });
   refused_view([](view& b) { b.camera.width = 0; });
   refused_view([](view& b) { b.distance = 0; });
+  refused_view([](view& b) { b.camera.to_world.linear() *= 2; });
+  refused_view([](view& b) { b.camera.to_world.linear().col(0) *= -1; });
   refused_view([](view& b) { b.camera.to_world.translation().x() = not_a_number; });
 
   double done = 0;

@@ -45,11 +45,15 @@ void draw(const dot& one, canvas& on, const dot_look& look) {
       .points = Eigen::Vector3f::Zero(), .origin = one.at, .colors = one_color(look.color)});
 }
 struct nothing_to_draw {};
+struct drawn_on_a_copy {
+  void draw(canvas) const {}
+};
 
 }  // namespace elsewhere
 
 static_assert(Renderable<elsewhere::cross> && Renderable<elsewhere::dot> &&
               !Renderable<elsewhere::nothing_to_draw>);
+static_assert(!Renderable<elsewhere::drawn_on_a_copy>);
 static_assert(RenderableWith<elsewhere::dot, elsewhere::dot_look> &&
               !RenderableWith<elsewhere::cross, elsewhere::dot_look>);
 static_assert(Renderable<point_cloud<float, 3>> && Renderable<Eigen::Matrix2Xd> &&
@@ -92,6 +96,8 @@ TEST_CASE("batches that do not fit together are refused") {
   refused(point_batch{.points = three, .normals = three.leftCols(2)});
   refused(point_batch{.points = three, .size = {.sizes = Eigen::VectorXf::Ones(2)}});
   refused(point_batch{.points = three, .opacity = 1.5});
+  refused(point_batch{.points = three, .size = {.sizes = Eigen::VectorXf::Constant(1, -1)}});
+  refused(point_batch{.points = three, .size = {.sizes = Eigen::VectorXf::Constant(1, NAN)}});
   refused(point_batch{.points = three, .origin = Eigen::Vector3d::Constant(std::nan(""))});
   refused(line_batch{.points = three});
   refused(line_batch{.points = three, .segments = Eigen::Matrix2Xi::Constant(2, 1, 3)});
@@ -143,6 +149,10 @@ TEST_CASE("clouds have the colours that are asked for") {
   CHECK_THROWS_AS((void)colors(by_label{"value"}), invalid_input);
   CHECK_THROWS_AS((void)colors(by_attribute{"value", {}, 2.0, 1.0}), invalid_input);
   CHECK_THROWS_AS((void)colors(by_coordinate{3}), invalid_input);
+  CHECK_THROWS_AS(draw(Eigen::Matrix2Xd::Random(2, 5).eval(), on, {.color = by_coordinate{2}}),
+                  invalid_input);
+  // An end above all values leaves them at the low one.
+  CHECK(is(colors(by_attribute{"value", map, 7.0}).col(0), map(0.5)));
   cloud.normals.resize(3, 0);
   CHECK_THROWS_AS((void)colors(by_normal{}), invalid_input);
 }
@@ -160,7 +170,13 @@ TEST_CASE("splats are as large as the points are apart, or as they are told") {
   CHECK(spacing.in == point_size::unit::length);
   CHECK(spacing.sizes[210] == doctest::Approx(1.5 * std::sqrt(0.02)).epsilon(1e-4));
   // At the border, too.
-  CHECK(spacing.sizes.maxCoeff() < 1.3f * spacing.sizes[210]);
+  CHECK(spacing.sizes.maxCoeff() < 1.5f * spacing.sizes[210]);
+  // Nine points at each place are as large as what is usual.
+  Eigen::Matrix3Xd nine(3, 41);
+  nine << Eigen::Vector3d{9, 9, 9}.replicate(1, 9), grid.leftCols(32);
+  canvas on;
+  draw(nine, on);
+  CHECK(on.points()[0].size.sizes[0] > 0.1);
   CHECK(size(splat_length{0.2}).sizes[0] == 0.2f);
   CHECK(size(splat_pixels{4}).in == point_size::unit::pixels);
   CHECK_THROWS_AS((void)splat_length{-1}, invalid_input);
@@ -210,6 +226,12 @@ TEST_CASE("lines and meshes have the corners that they should") {
   const auto mesh = triangle_mesh(cloud, triangles);
   CHECK(mesh.normals.cols() == 4);
   CHECK(wireframe(mesh).segments.cols() == 5);
+  canvas on;
+  on.add(wireframe(triangle_mesh(cloud, Eigen::Matrix3Xi(3, 0))));
+  CHECK(on.lines()[0].segments.cols() == 0);
+  CHECK_THROWS_AS((void)triangle_mesh(cloud, Eigen::MatrixXi::Zero(4, 3)), invalid_input);
+  const auto hull = convex_hull(cloud);
+  CHECK(triangle_mesh(hull.vertices(), hull.simplices()).triangles.cols() == 4);
 }
 
 TEST_CASE("a fitted view shows everything, and fills the picture") {
@@ -227,7 +249,7 @@ TEST_CASE("a fitted view shows everything, and fills the picture") {
       for (const auto p : points.colwise()) {
         const Eigen::Vector3d q = v.camera.to_world.inverse() * Eigen::Vector3d{p};
         REQUIRE(q.z() > 0);
-        const double scale = v.is_orthographic ? 1 : 1 / q.z();
+        const double scale = v.orthographic ? 1 : 1 / q.z();
         const double x = v.camera.fx * q.x() * scale / 200, y = v.camera.fy * q.y() * scale / 150;
         farthest = std::max({farthest, std::abs(x), std::abs(y)});
       }
@@ -278,4 +300,11 @@ TEST_CASE("views turn around what they look at, move with the picture, and come 
   CHECK_THROWS_AS((void)look_at(at, at), invalid_input);
   CHECK_THROWS_AS((void)look_at({1, 2, 9}, at), invalid_input);
   CHECK_THROWS_AS((void)zoom(v, 0), invalid_input);
+  CHECK_THROWS_AS((void)orbit(v, {.right = std::nan("")}), invalid_input);
+  CHECK_THROWS_AS((void)pan(v, {.down = std::nan("")}), invalid_input);
+  CHECK(turntable(view{}, 3).size() == 3);
+  view no_up;
+  no_up.up.setZero();
+  CHECK_THROWS_AS((void)orbit(no_up, {}), invalid_input);
+  CHECK_THROWS_AS(write_picture(scene{}, "picture.jpg"), invalid_input);
 }

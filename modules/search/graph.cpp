@@ -118,6 +118,11 @@ neighborhoods<S> closed_edge_graph(points_view<S, D> points,
                                    const Eigen::Ref<const Eigen::MatrixXi>& simplices,
                                    const execution& how) {
   expects(
+      simplices.cols() == 0 ||
+          (2 <= simplices.rows() && simplices.rows() <= points.dimension() + 1),
+      "edge_graph: simplices are columns of indices, from two, of an edge, to one more than there "
+      "are dimensions");
+  expects(
       simplices.size() == 0 || (0 <= simplices.minCoeff() && simplices.maxCoeff() < points.size()),
       "edge_graph: an index is not one of a point");
   const auto for_edges = [&](auto&& f) {

@@ -39,9 +39,10 @@ export using point_coloring =
     std::variant<own_colors, rgb, by_attribute, by_label, by_coordinate, by_normal>;
 
 /// Splats as large as the points are apart where they lie, so that a surface has no holes: `factor`
-/// times the distance to the eighth nearest point, from the point or from the one of those for
-/// which it is least. Closes a grid of squares, also where scans lie on each other. Takes two
-/// searches for all points.
+/// times the distance to the eighth nearest point, from the point or, at borders, from those around
+/// it, and at most three times as much as for half of all. Closes a grid of squares, also where
+/// scans lie on each other, and what lies at random but for a hundredth. Takes two searches for all
+/// points.
 export struct local_spacing {
   positive factor = 1.5;  ///< Smaller ones show more detail, and more holes.
 };

@@ -55,8 +55,13 @@ export template <PointsSource P>
 export template <class R>
 concept IndexPairs =
     std::ranges::input_range<R> &&
-    (requires(const std::ranges::range_value_t<R>& pair) { index_t(pair.source), index_t(pair.target); } ||
-     requires(const std::ranges::range_value_t<R>& pair) { index_t(pair.first), index_t(pair.second); });
+    (requires(const std::ranges::range_value_t<R>& pair) {
+      requires std::integral<std::remove_cvref_t<decltype(pair.source)>>;
+      requires std::integral<std::remove_cvref_t<decltype(pair.target)>>;
+    } || requires(const std::ranges::range_value_t<R>& pair) {
+      requires std::integral<std::remove_cvref_t<decltype(pair.first)>>;
+      requires std::integral<std::remove_cvref_t<decltype(pair.second)>>;
+    });
 
 /// A line from each source point to its target point. Throws `invalid_input` for an index that is
 /// not one of a point, and for more than three dimensions.

@@ -160,7 +160,7 @@ TEST_CASE_TEMPLATE("the edges of simplices go both ways, each once, with their l
   Eigen::Matrix<int, 2, 1> edge{3, 9};
   CHECK(edges_of(edge_graph(points, edge)).size() == 2);
   CHECK(edge_graph(points, Eigen::Matrix3Xi(3, 0)).total() == 0);
-  CHECK_THROWS_AS((void)edge_graph(points, Eigen::MatrixXi::Zero(9, 3)), invalid_input);
+  CHECK_THROWS_AS((void)edge_graph(points, Eigen::MatrixXi::Zero(20, 3)), invalid_input);
   CHECK_THROWS_AS((void)edge_graph(points, Eigen::MatrixXi::Zero(1, 3)), invalid_input);
   for (const int wrong : {-1, 40}) {
     edge[1] = wrong;

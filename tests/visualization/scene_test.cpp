@@ -60,6 +60,9 @@ static_assert(Renderable<point_cloud<float, 3>> && Renderable<Eigen::Matrix2Xd> 
               Renderable<std::vector<Eigen::Vector3f>> && Renderable<triangle_batch> &&
               RenderableWith<point_cloud<double, 2>, cloud_look>);
 
+static_assert(IndexPairs<std::vector<std::pair<int, int>>> && IndexPairs<correspondences<float>> &&
+              !IndexPairs<std::vector<std::pair<float, float>>>);
+
 TEST_CASE("a scene has layers in their order, which are replaced, hidden and taken away by name") {
   scene all;
   all.set("cross", elsewhere::cross{2}).set("dot", elsewhere::dot{{5, 0, 0}});

@@ -176,7 +176,7 @@ class painter {
   }
 
   [[nodiscard]] color lit_point(const point_batch& batch, index_t i) const {
-    const color own = color_of(batch.colors, i);
+    color own = color_of(batch.colors, i);
     if (batch.normals.cols() == 0) return own;
     const batch_placement place{by_, batch.origin};
     return own *
@@ -193,7 +193,8 @@ class painter {
     Eigen::Matrix3d p;
     for (int k = 0; k < 3; ++k) p.col(k) = place(batch.points.col(corners[k])).cast<double>();
     const Eigen::Vector3d normal = (p.col(1) - p.col(0)).cross(p.col(2) - p.col(0));
-    const auto ray = by_.through(double(pixel % by_.width), double(pixel / by_.width));
+    const index_t row = pixel / by_.width;
+    const auto ray = by_.through(double(pixel - row * by_.width), double(row));
     const double t = normal.dot(p.col(0) - ray.origin) / normal.dot(ray.direction);
     const Eigen::Vector3d at = ray.origin + t * ray.direction;
     Eigen::Vector3f weights;
@@ -271,9 +272,8 @@ class painter {
   [[nodiscard]] float edge_at(index_t pixel) const {
     if (options_.edges == 0) return 1;
     const int width = by_.width, height = by_.height;
-    const int reach =
-        std::max(1, int(std::lround(2.0 * options_.supersampling *
-                                    std::max(1.0, height / options_.supersampling / 720.0))));
+    // Two pixels of a picture 720 high, and as many of a smaller one.
+    const int reach = std::max(2 * by_.fineness, int(std::lround(height / 360.0)));
     const int x = int(pixel % width), y = int(pixel / width);
     const float z = depth_of(nearest_[pixel]),
                 scale = by_.orthographic ? float(by_.fx) / float(width) : 1 / z;

@@ -15,7 +15,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 from reference import Reference, first_sentence  # noqa: E402
 
 GUIDE = ["install", "coming-from", "core", "search", "geometry", "cloud", "pipelines", "ranges", "io", "files", "registration",
-         "warp", "clustering", "consensus", "spatial", "embedding", "determinism", "performance"]
+         "warp", "clustering", "consensus", "spatial", "embedding", "visualization", "determinism", "performance"]
 # Areas whose page has another name than the module that it is about.
 MODULE_OF = {"pipelines": "cloud", "ranges": "cloud", "files": "io", "warp": "registration"}
 
@@ -84,7 +84,8 @@ def lay_out(project, out):
         write(out / "docs" / name, for_the_site(path.read_text(), module, "../" * len(name.parts), reference))
         if len(name.parts) > 1:
             decisions.append(name.stem)
-    shutil.copytree(docs / "performance", out / "docs" / "performance")
+    for folder in ("performance", "pictures"):
+        shutil.copytree(docs / folder, out / "docs" / folder)
     guide = GUIDE + sorted({p.stem for p in docs.glob("*.md")} - set(GUIDE))
     contents("Guide", guide, out / "docs")
     contents("Decisions", decisions, out / "docs/decisions")

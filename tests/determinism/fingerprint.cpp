@@ -18,6 +18,7 @@
 #include <vector>
 
 import cilantro;
+import cilantro.visualization;
 using namespace cilantro;
 
 namespace {
@@ -230,6 +231,25 @@ void embedding() {
   }
 }
 
+/// A bit of everything that is drawn.
+void pictures() {
+  const auto points = still_life<float, 3>(20'000, 3, 1);
+  triangle_batch veil{.points = points.leftCols(60), .opacity = 0.4};
+  veil.triangles.resize(3, 20);
+  for (int i = 0; i < 60; ++i) veil.triangles(i % 3, i / 3) = i;
+  scene all;
+  all.set("points", points, cloud_look{.color = by_coordinate{2}})
+      .set("veil", veil)
+      .set("edges", wireframe(veil))
+      .set("name", label{"still life"});
+  for (const bool blend : {false, true}) {
+    const auto picture = render(all, fit(all, {.width = 320, .height = 200}), {.blend = blend});
+    hash found;
+    for (const auto& pixel : picture.pixels()) found << pixel;
+    report(blend ? "picture, mixed" : "picture", found);
+  }
+}
+
 /// A grid whose nodes ask something of those beside them.
 void block_systems() {
   constexpr std::int32_t edge = 20;
@@ -275,6 +295,7 @@ int main(int count, char** arguments) try {
   everything<double, dynamic>("still life of 30", still_life<double, dynamic>(2'000, 30, 1), 0.07);
   embedding();
   block_systems();
+  pictures();
   if (count > 1) {
     const pinhole_camera<double> camera{640, 480, 585, 585, 320, 240};
     const auto depth = read_depth_png(arguments[1]);

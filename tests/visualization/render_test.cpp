@@ -317,8 +317,9 @@ TEST_CASE("sizes in pixels are those of the picture, however it is sampled") {
   const auto brightness = [&](int fine, int channel) {
     auto options = plain();
     options.supersampling = fine;
+    const auto picture = render(all, from_above(), options);
     double sum = 0;
-    for (const auto& pixel : render(all, from_above(), options).pixels()) sum += pixel[channel];
+    for (const auto& pixel : picture.pixels()) sum += pixel[channel];
     return sum / 255;
   };
   for (const int fine : {2, 4}) {

@@ -23,10 +23,13 @@ void expect(bool condition) {
 template <int D>
 deformation_graph<double, D> graph_of(const point_matrix<double, D>& points,
                                       fuzzed_numbers& numbers) {
-  const deformation_graph_options options{.spacing = numbers.next(),
-                                          .anchors = numbers.below(9),
-                                          .links = knn{numbers.below(5)},
-                                          .threads = 1};
+  // Most of them make sense.
+  const bool is_any = numbers.below(16) == 15;
+  const deformation_graph_options options{
+      .spacing = is_any ? numbers.next() : 0.125 * (1 + numbers.below(64)),
+      .anchors = is_any ? numbers.below(12) : 1 + numbers.below(8),
+      .links = knn{numbers.below(5) + (is_any ? 0 : 1)},
+      .threads = 1};
   if (numbers.below(3) == 0) return {points, options};
   if (numbers.below(2) == 0) {
     const point_matrix<double, D> nodes = numbers.columns(points.rows(), 6);

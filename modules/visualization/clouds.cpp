@@ -11,6 +11,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "cloud/color.hpp"
 module cilantro.visualization;
 
 import cilantro.clustering;
@@ -25,10 +27,7 @@ void set(color_matrix& colors, index_t i, const rgb& color) {
 color_matrix in_bytes(points_view<float, 3> shares) {
   color_matrix colors(3, shares.size());
   for (index_t i = 0; i < colors.cols(); ++i)
-    for (int k = 0; k < 3; ++k) {
-      const float share = shares[i][k];
-      colors(k, i) = std::uint8_t(255 * (share > 0 ? std::min(share, 1.0f) : 0.0f) + 0.5f);
-    }
+    for (int k = 0; k < 3; ++k) colors(k, i) = detail::to_eight_bit(shares[i][k]);
   return colors;
 }
 

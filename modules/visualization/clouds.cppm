@@ -100,6 +100,14 @@ template <Scalar S, int D>
   return result;
 }
 
+/// The origin of points of up to three dimensions.
+template <PointsSource P>
+[[nodiscard]] Eigen::Vector3d origin_in_space(const P& points) {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  if (const Eigen::VectorXd own = origin_in(points); own.size() > 0) origin.head(own.size()) = own;
+  return origin;
+}
+
 /// Draws a cloud, or points of any kind, of one, two or three dimensions, with their colours,
 /// normals and origin. Throws `invalid_input` for more dimensions, and for attributes, normals or
 /// axes that `look` needs and there are not.
@@ -124,10 +132,7 @@ void draw(const P& points, canvas& on, const cloud_look& look = {}) {
     all.colors = as_points(points.colors);
     if (points.has_normals())
       all.normals = in_three_dimensions(as_points(points.normals), Eigen::Vector3d::Zero());
-    if (points.has_origin()) {
-      const auto origin = points.full_origin();
-      for (index_t d = 0; d < origin.size(); ++d) all.origin[d] += origin[d];
-    }
+    all.origin += origin_in_space(points);
   }
   draw_points(std::move(all), on, look);
 }

@@ -97,6 +97,14 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
   }
 }
 
+/// Calls `f(point, pixel, z)` for each pixel of each splat of a batch.
+template <class F>
+void rasterize(const point_batch& batch, const projector& by, const execution& how, F&& f) {
+  for_splats(batch, by, how, [&](index_t i, const splat& s) {
+    for_pixels(s, by, [&](index_t pixel, float) { f(i, pixel, s.z); });
+  });
+}
+
 /// Lines are drawn nearer by this, so that they are seen on a surface.
 constexpr double line_lift = 1 - 1e-3;
 

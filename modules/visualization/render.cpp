@@ -52,11 +52,11 @@ struct drawing {
 
   explicit drawing(const scene& all) {
     std::uint64_t next = 0;
-    const auto collect = [&](auto& into, auto&& batches_of, auto&& count) {
+    const auto collect = [&](auto& into, auto batches, auto&& count) {
       for (const auto& layer : all.layers()) {
         if (layer.is_hidden) continue;
         index_t place = 0;
-        for (const auto& batch : batches_of(*layer.content)) {
+        for (const auto& batch : ((*layer.content).*batches)()) {
           into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next)});
           next += static_cast<std::uint64_t>(count(batch));
           is_transparent |= batch.opacity < 1;
@@ -64,18 +64,12 @@ struct drawing {
       }
       expects(next < std::numeric_limits<std::uint32_t>::max(),
               "render: there are more than 2^32 - 2 points, lines and triangles");
+      return static_cast<std::uint32_t>(next);
     };
-    collect(
-        points, [](const canvas& c) -> auto& { return c.points(); },
-        [](const point_batch& b) { return b.points.cols(); });
-    first_line = static_cast<std::uint32_t>(next);
-    collect(
-        lines, [](const canvas& c) -> auto& { return c.lines(); },
-        [](const line_batch& b) { return b.segments.cols(); });
-    first_triangle = static_cast<std::uint32_t>(next);
-    collect(
-        triangles, [](const canvas& c) -> auto& { return c.triangles(); },
-        [](const triangle_batch& b) { return b.triangles.cols(); });
+    first_line = collect(points, &canvas::points, [](const auto& b) { return b.points.cols(); });
+    first_triangle =
+        collect(lines, &canvas::lines, [](const auto& b) { return b.segments.cols(); });
+    collect(triangles, &canvas::triangles, [](const auto& b) { return b.triangles.cols(); });
   }
 
   template <class Batch>
@@ -132,22 +126,16 @@ class painter {
                  nothing) {}
 
   void find_nearest() {
-    for (const auto& [batch, layer, place, first] : all_.points)
-      if (batch->opacity == 1)
-        for_splats(*batch, by_, how_, [&](index_t i, const splat& s) {
-          const auto key = key_of(s.z, first + static_cast<std::uint32_t>(i));
-          for_pixels(s, by_, [&](index_t pixel, float) { put(pixel, key); });
-        });
-    for (const auto& [batch, layer, place, first] : all_.lines)
-      if (batch->opacity == 1)
-        rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
-          put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
-        });
-    for (const auto& [batch, layer, place, first] : all_.triangles)
-      if (batch->opacity == 1)
-        rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
-          put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
-        });
+    const auto draw_opaque = [&](const auto& batches) {
+      for (const auto& [batch, layer, place, first] : batches)
+        if (batch->opacity == 1)
+          rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
+            put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
+          });
+    };
+    draw_opaque(all_.points);
+    draw_opaque(all_.lines);
+    draw_opaque(all_.triangles);
   }
 
   [[nodiscard]] std::vector<color> colors() {
@@ -298,35 +286,41 @@ class painter {
   /// Lays what is transparent over the picture.
   void lay_over(std::vector<color>& picture) {
     std::vector<veil> veils(picture.size());
-    const auto add = [&](index_t pixel, float z, const color& own, double opacity) {
-      if (!(z < depth_of(nearest_[pixel])) && nearest_[pixel] != nothing) return;
-      // Nearer ones count more, without an order.
-      const double share = by_.nearest > 0 ? std::clamp(by_.nearest * 1e3 / z, 1e-2, 1e2) : 1;
-      const auto weight = static_cast<std::uint64_t>(1 + 4096 * opacity * share * share);
-      auto& sum = veils[pixel];
-      add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f), is_alone_);
-      add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f), is_alone_);
-      add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f), is_alone_);
-      add_to(sum.weight, weight, is_alone_);
-      add_to(sum.opaqueness, opaqueness_of(opacity), is_alone_);
+    const auto draw_transparent = [&](const auto& batches, auto&& draw) {
+      for (const auto& [batch, layer, place, first] : batches) {
+        const double opacity = batch->opacity;
+        if (opacity == 0 || opacity == 1) continue;
+        draw(*batch, [&, opacity, opaqueness = opaqueness_of(opacity)](index_t pixel, float z,
+                                                                       const color& own) {
+          if (!(z < depth_of(nearest_[pixel])) && nearest_[pixel] != nothing) return;
+          // Nearer ones count more, without an order.
+          const double share = by_.nearest > 0 ? std::clamp(by_.nearest * 1e3 / z, 1e-2, 1e2) : 1;
+          const auto weight = static_cast<std::uint64_t>(1 + 4096 * opacity * share * share);
+          auto& sum = veils[pixel];
+          add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f), is_alone_);
+          add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f), is_alone_);
+          add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f), is_alone_);
+          add_to(sum.weight, weight, is_alone_);
+          add_to(sum.opaqueness, opaqueness, is_alone_);
+        });
+      }
     };
-    const auto is_seen = [](double opacity) { return opacity > 0 && opacity < 1; };
-    for (const auto& [batch, layer, place, first] : all_.points)
-      if (is_seen(batch->opacity))
-        for_splats(*batch, by_, how_, [&, batch](index_t i, const splat& s) {
-          const color own = lit_point(*batch, i);
-          for_pixels(s, by_, [&](index_t pixel, float) { add(pixel, s.z, own, batch->opacity); });
-        });
-    for (const auto& [batch, layer, place, first] : all_.lines)
-      if (is_seen(batch->opacity))
-        rasterize(*batch, by_, how_, [&, batch](index_t i, index_t pixel, float z) {
-          add(pixel, z, color_of(batch->colors, i), batch->opacity);
-        });
-    for (const auto& [batch, layer, place, first] : all_.triangles)
-      if (is_seen(batch->opacity))
-        rasterize(*batch, by_, how_, [&, batch](index_t i, index_t pixel, float z) {
-          add(pixel, z, lit_triangle(*batch, i, pixel), batch->opacity);
-        });
+    draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
+      for_splats(batch, by_, how_, [&](index_t i, const splat& s) {
+        const color own = lit_point(batch, i);
+        for_pixels(s, by_, [&](index_t pixel, float) { add(pixel, s.z, own); });
+      });
+    });
+    draw_transparent(all_.lines, [&](const line_batch& batch, const auto& add) {
+      rasterize(batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+        add(pixel, z, color_of(batch.colors, i));
+      });
+    });
+    draw_transparent(all_.triangles, [&](const triangle_batch& batch, const auto& add) {
+      rasterize(batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+        add(pixel, z, lit_triangle(batch, i, pixel));
+      });
+    });
     parallel_for(std::ssize(picture), how_, [&](index_t pixel) {
       const auto& sum = veils[pixel];
       if (sum.weight == 0) return;

@@ -23,6 +23,14 @@ void draw(const label& text, canvas& on) {
   on.add(text);
 }
 
+line_batch lines_between(const std::vector<Eigen::Vector3f>& ends, const Eigen::Vector3d& origin,
+                         const rgb& color) {
+  line_batch lines{.origin = origin, .colors = one_color(color)};
+  lines.points.resize(3, std::ssize(ends));
+  for (index_t i = 0; i < lines.points.cols(); ++i) lines.points.col(i) = ends[i];
+  return lines;
+}
+
 line_batch frame_lines(const Eigen::Isometry3d& pose, positive length) {
   line_batch lines{.origin = pose.translation(), .width = 2.5};
   lines.points = Eigen::Matrix3Xf::Zero(3, 6);

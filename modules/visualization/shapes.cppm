@@ -16,6 +16,10 @@ export void draw(const line_batch& batch, canvas& on);
 export void draw(const triangle_batch& batch, canvas& on);
 export void draw(const label& text, canvas& on);
 
+/// Lines whose ends are given one after the other, relative to an origin.
+[[nodiscard]] line_batch lines_between(const std::vector<Eigen::Vector3f>& ends,
+                                       const Eigen::Vector3d& origin, const rgb& color);
+
 /// Options of `normal_lines`.
 export struct normal_lines_options {
   positive length = 1;         ///< Of each line, in the units of the points.
@@ -33,22 +37,17 @@ export template <PointsSource P>
   const auto normals = normals_in(points);
   expects(normals.size() == view.size() && (view.empty() || view.dimension() == 3),
           "normal_lines: points must have three dimensions and normals; estimate them first");
-  line_batch lines{.colors = one_color(options.color)};
-  lines.origin = middle_of(view);
+  const Eigen::Vector3d middle = middle_of(view);
   std::vector<Eigen::Vector3f> ends;
   for (index_t i = 0; i < view.size(); i += options.every) {
     if (!is_finite(view[i]) || !is_finite(normals[i]) || normals[i].isZero(0)) continue;
-    const Eigen::Vector3d from = view[i].template cast<double>() - lines.origin;
+    const Eigen::Vector3d from = view[i].template cast<double>() - middle;
     const Eigen::Vector3d to =
         from + double(options.length) * normals[i].template cast<double>().stableNormalized();
     ends.push_back(from.cast<float>());
     ends.push_back(to.cast<float>());
   }
-  lines.points.resize(3, std::ssize(ends));
-  for (index_t i = 0; i < lines.points.cols(); ++i) lines.points.col(i) = ends[i];
-  if constexpr (PointCloud<P>)
-    if (points.has_origin()) lines.origin += Eigen::Vector3d{points.full_origin()};
-  return lines;
+  return lines_between(ends, middle + origin_in_space(points), options.color);
 }
 
 /// Pairs of indices, of a source point and a target point: `correspondences`, or pairs of numbers.
@@ -73,12 +72,11 @@ export template <PointsSource P, PointsSource T, IndexPairs R>
   expects(from.dimension() <= 3 && to.dimension() <= 3,
           "pair_lines: points must have at most three dimensions");
   expect_same_origin(source, target, "pair_lines");
-  line_batch lines{.colors = one_color(color)};
-  lines.origin = middle_of(from);
+  const Eigen::Vector3d middle = middle_of(from);
   std::vector<Eigen::Vector3f> ends;
   const auto add = [&](const auto& view, index_t i) {
     expects(0 <= i && i < view.size(), "pair_lines: an index is not one of a point");
-    Eigen::Vector3d p = -lines.origin;
+    Eigen::Vector3d p = -middle;
     for (index_t d = 0; d < view.dimension(); ++d) p[d] += double(view[i][d]);
     ends.push_back(p.cast<float>());
   };
@@ -91,12 +89,7 @@ export template <PointsSource P, PointsSource T, IndexPairs R>
       add(to, pair.second);
     }
   }
-  lines.points.resize(3, std::ssize(ends));
-  for (index_t i = 0; i < lines.points.cols(); ++i) lines.points.col(i) = ends[i];
-  if constexpr (PointCloud<P>)
-    if (source.has_origin())
-      for (index_t d = 0; d < source.dimension(); ++d) lines.origin[d] += source.full_origin()[d];
-  return lines;
+  return lines_between(ends, middle + origin_in_space(source), color);
 }
 
 /// The axes of a pose: x red, y green, z blue, each `length` long.

@@ -44,9 +44,18 @@ struct splat {
   float x, y, radius, z, diameter;
 };
 
-/// Calls `f(i, splat)` for each point of a batch that may be seen, from several threads at once.
+/// One of `stride` points, of those from `stride * block` on: with a fixed step, the rows of scans
+/// would make patterns.
+inline index_t sampled(index_t block, index_t stride) {
+  const std::uint64_t scattered = static_cast<std::uint64_t>(block) * 0x9e3779b97f4a7c15u >> 32;
+  return block * stride + static_cast<index_t>(scattered % static_cast<std::uint64_t>(stride));
+}
+
+/// Calls `f(i, splat)` for one of `stride` points of a batch, if it may be seen, from several
+/// threads at once.
 template <class F>
-void for_splats(const point_batch& batch, const projector& by, const execution& how, F&& f) {
+void for_splats(const point_batch& batch, const projector& by, index_t stride, const execution& how,
+                F&& f) {
   const batch_placement place{by, batch.origin};
   const bool is_length = batch.size.in == point_size::unit::length;
   const auto& sizes = batch.size.sizes;
@@ -54,12 +63,17 @@ void for_splats(const point_batch& batch, const projector& by, const execution& 
   const float nearest = float(by.nearest), fineness = float(by.fineness);
   // A radius. Larger ones would only be something that is too near.
   const float largest = 512 * fineness;
-  parallel_blocks(batch.points.cols(), 1024, how, [&](index_t, index_t begin, index_t end) {
-    for (index_t i = begin; i < end; ++i) {
+  // Fewer points of a surface are further apart.
+  const float growth = is_length ? std::sqrt(float(stride)) : 1;
+  const index_t count = (batch.points.cols() + stride - 1) / stride;
+  parallel_blocks(count, 1024, how, [&](index_t, index_t begin, index_t end) {
+    for (index_t block = begin; block < end; ++block) {
+      const index_t i = stride == 1 ? block : sampled(block, stride);
+      if (i >= batch.points.cols()) continue;
       const Eigen::Vector3f p = place(batch.points.col(i));
       if (!(p.z() > nearest) || !std::isfinite(p.z())) continue;
       const float scale = by.orthographic ? 1 : 1 / p.z();
-      const float size = sizes[sizes.size() == 1 ? 0 : i];
+      const float size = growth * sizes[sizes.size() == 1 ? 0 : i];
       const float pixels = is_length ? size * fx * scale : size * fineness;
       splat s{fx * p.x() * scale + cx, fy * p.y() * scale + cy, std::min(pixels / 2, largest),
               p.z(), is_length ? size : size * fineness / (fx * scale)};
@@ -95,14 +109,6 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
       f(row + x, (dx * dx + dy * dy) * inverse);
     }
   }
-}
-
-/// Calls `f(point, pixel, z)` for each pixel of each splat of a batch.
-template <class F>
-void rasterize(const point_batch& batch, const projector& by, const execution& how, F&& f) {
-  for_splats(batch, by, how, [&](index_t i, const splat& s) {
-    for_pixels(s, by, [&](index_t pixel, float) { f(i, pixel, s.z); });
-  });
 }
 
 /// Lines are drawn nearer by this, so that they are seen on a surface.

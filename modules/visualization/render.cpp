@@ -122,20 +122,31 @@ class painter {
         options_{options},
         how_{options.threads, task_monitor{{}, options.monitor.stop}},
         is_alone_{options.threads == 1},
+        stride_{options.point_budget == 0
+                    ? 1
+                    : std::max<index_t>(1, (index_t(all.first_line) + options.point_budget - 1) /
+                                               options.point_budget)},
         nearest_(static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
                  nothing) {}
 
   void find_nearest() {
-    const auto draw_opaque = [&](const auto& batches) {
+    const auto draw_opaque = [&](const auto& batches, auto&& draw) {
       for (const auto& [batch, layer, place, first] : batches)
         if (batch->opacity == 1)
-          rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
+          draw(*batch, [&, first](index_t i, index_t pixel, float z) {
             put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
           });
     };
-    draw_opaque(all_.points);
-    draw_opaque(all_.lines);
-    draw_opaque(all_.triangles);
+    draw_opaque(all_.points, [&](const point_batch& batch, const auto& put) {
+      for_splats(batch, by_, stride_, how_, [&](index_t i, const splat& s) {
+        for_pixels(s, by_, [&](index_t pixel, float) { put(i, pixel, s.z); });
+      });
+    });
+    const auto draw_filled = [&](const auto& batch, const auto& put) {
+      rasterize(batch, by_, how_, put);
+    };
+    draw_opaque(all_.lines, draw_filled);
+    draw_opaque(all_.triangles, draw_filled);
   }
 
   [[nodiscard]] std::vector<color> colors() {
@@ -235,7 +246,7 @@ class painter {
     sums_.resize(nearest_.size());
     for (const auto& [batch, layer, place, first] : all_.points) {
       if (batch->opacity < 1) continue;
-      for_splats(*batch, by_, how_, [&, batch](index_t i, const splat& s) {
+      for_splats(*batch, by_, stride_, how_, [&, batch](index_t i, const splat& s) {
         std::optional<std::array<std::uint64_t, 3>> own;
         for_pixels(s, by_, [&](index_t pixel, float share) {
           const auto key = nearest_[pixel];
@@ -306,7 +317,7 @@ class painter {
       }
     };
     draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
-      for_splats(batch, by_, how_, [&](index_t i, const splat& s) {
+      for_splats(batch, by_, stride_, how_, [&](index_t i, const splat& s) {
         const color own = lit_point(batch, i);
         for_pixels(s, by_, [&](index_t pixel, float) { add(pixel, s.z, own); });
       });
@@ -335,7 +346,8 @@ class painter {
   const projector& by_;
   const render_options& options_;
   execution how_;
-  bool is_alone_;  ///< Whether there is one thread only.
+  bool is_alone_;   ///< Whether there is one thread only.
+  index_t stride_;  ///< One of so many points is drawn.
   std::vector<depth_and_number> nearest_;
   std::vector<color_sum> sums_;  ///< Of each pixel, where splats are mixed.
 };
@@ -353,6 +365,7 @@ picture_size size_of(const view& from, const render_options& o) {
   expects(1 <= o.supersampling && o.supersampling <= 8,
           "render: .supersampling must be from 1 to 8");
   expect_between(0, o.edges, 1e6, "render: edges");
+  expects(o.point_budget >= 0, "render: .point_budget must not be negative");
   const picture_size size{o.width > 0 ? o.width : camera.width,
                           o.height > 0 ? o.height : camera.height};
   constexpr int longest = 1 << 15;
@@ -360,7 +373,7 @@ picture_size size_of(const view& from, const render_options& o) {
   expects(
       size.width <= longest && size.height <= longest &&
           index_t(size.width) * size.height * o.supersampling * o.supersampling <= most,
-      "render: the picture is larger than 32768 x 32768, or than 2^28 pixels when supersampled");
+      "render: the picture is larger than 32768 x 32768, or than 2^26 pixels when supersampled");
   return size;
 }
 

@@ -23,6 +23,9 @@ export struct render_options {
   double edges = 1;
   /// Each pixel is the mean of so many along each axis: lines and borders become smooth. 1 to 8.
   int supersampling = 1;
+  /// For views that move: about so many points are drawn, at most, and those are the same at each
+  /// call; splats sized in length grow, so that surfaces stay closed. 0: all points.
+  index_t point_budget = 0;
   bool labels = true;   ///< Whether texts are drawn.
   bool legends = true;  ///< Whether bars of colours are drawn.
   int threads = 0;
@@ -52,8 +55,8 @@ export struct picked {
   Eigen::Vector3d place;  ///< Where the middle of the pixel meets it, in the world.
 };
 /// What `render` draws at pixel (x, y) of the picture, counted from the top left; nothing where the
-/// background or only what is transparent is. Of the options, size, threads and stop count: with
-/// supersampling, what is smaller than a pixel may be another thing. Throws as `render` does.
+/// background or only what is transparent is. Of the options, size, budget, threads and stop count:
+/// with supersampling, what is smaller than a pixel may be another thing. Throws as `render` does.
 export [[nodiscard]] std::optional<picked> pick(const scene& all, const view& from, double x,
                                                 double y, const render_options& options = {});
 

@@ -136,6 +136,41 @@ TEST_CASE("what is nearer hides what is farther, in whatever order") {
   }
 }
 
+TEST_CASE(
+    "within a budget fewer points are drawn, which are larger, so that a surface stays closed") {
+  constexpr int side = 240;
+  point_batch grid{.colors = one_color(red)};
+  grid.points.resize(3, side * side);
+  for (int i = 0; i < side * side; ++i)
+    grid.points.col(i) << float(i % side - side / 2) / 200, float(i / side - side / 2) / 200, 0;
+  grid.size = {point_size::unit::length, Eigen::VectorXf::Constant(1, 0.02f)};
+  const auto all = scene{}.set("grid", grid);
+  render_options options = plain();
+  const auto full = render(all, from_above(), options);
+  const int covered = count(full, red);
+  CHECK(covered > 14'000);
+
+  options.point_budget = side * side;
+  CHECK(differing(render(all, from_above(), options), full) == 0);
+  options.point_budget = side * side / 9;
+  const auto fewer = render(all, from_above(), options);
+  // Only at the border of the grid, where one point may stand for those beyond it.
+  CHECK(count(fewer, red) > 0.93 * covered);
+  options.threads = 3;
+  CHECK(differing(render(all, from_above(), options), fewer) == 0);
+  CHECK(pick(all, from_above(), 100, 75, options));
+
+  // What is sized in pixels stays as large, so that each is a dot.
+  grid.size = {point_size::unit::pixels, Eigen::VectorXf::Constant(1, 1)};
+  options.point_budget = side * side / 100;
+  const int dots = count(render(scene{}.set("grid", grid), from_above(), options), red);
+  CHECK(dots > 0.9 * side * side / 100);
+  CHECK(dots <= side * side / 100);
+
+  options.point_budget = -1;
+  CHECK_THROWS_AS((void)render(all, from_above(), options), invalid_input);
+}
+
 TEST_CASE("parallel rays show everything at one scale") {
   view v = from_above();
   v.orthographic = true;

@@ -22,6 +22,18 @@ import :scene;
 import :strokes;
 
 namespace cilantro {
+
+/// As many digits as tell values of a range apart; what is next to nothing beside it is 0.
+inline std::string in_few_digits(double value, double range) {
+  if (std::abs(value) < 1e-6 * range) value = 0;
+  const double steps = range > 0 ? std::max(std::abs(value) / range, 1.0) : 1;
+  const int digits = std::clamp(4 + int(std::ceil(std::log10(steps))), 4, 15);
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::general, digits);
+  return {text.data(), end.ptr};
+}
+
 namespace {
 
 void mix(rgb& pixel, const rgb& color, float share) {
@@ -105,17 +117,6 @@ class written_text {
 rgb readable_on(const rgb& background) {
   const int light = 299 * background[0] + 587 * background[1] + 114 * background[2];
   return light > 128'000 ? rgb{20, 22, 26} : rgb{240, 240, 240};
-}
-
-/// As many digits as tell values of a range apart; what is next to nothing beside it is 0.
-std::string in_few_digits(double value, double range) {
-  if (std::abs(value) < 1e-6 * range) value = 0;
-  const double steps = range > 0 ? std::max(std::abs(value) / range, 1.0) : 1;
-  const int digits = std::clamp(4 + int(std::ceil(std::log10(steps))), 4, 15);
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
-                                 std::chars_format::general, digits);
-  return {text.data(), end.ptr};
 }
 
 /// One bar at the right border, the first at the top; returns where the next one may begin.

@@ -9,6 +9,9 @@ import :view;
 
 namespace cilantro {
 
+/// How the name of a file ends, in small letters: `.png`.
+[[nodiscard]] std::string ending_of(const std::filesystem::path& path);
+
 /// Renders a scene and writes the picture as a PNG file, of all of it or of a view. The file
 /// appears under its name when it is complete. Throws `invalid_input` for a name that does not end
 /// in

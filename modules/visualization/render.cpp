@@ -357,9 +357,7 @@ struct picture_size {
 };
 picture_size size_of(const view& from, const render_options& o) {
   const auto& camera = from.camera;
-  expect_camera(camera, "render");
-  expects(from.distance > 0 && std::isfinite(from.distance),
-          "render: the distance of the view must be positive and finite");
+  expect_view(from, "render");
   expects(o.width >= 0 && o.height >= 0 && (o.width > 0) == (o.height > 0),
           "render: .width and .height must be both positive, or both 0 for those of the camera");
   expects(1 <= o.supersampling && o.supersampling <= 8,

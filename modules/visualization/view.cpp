@@ -95,6 +95,12 @@ void expect_camera(const pinhole_camera<double>& camera, const char* who) {
           std::string{who} + ": the pose of the camera must be a rotation and a translation");
 }
 
+void expect_view(const view& from, const char* who) {
+  expect_camera(from.camera, who);
+  expects(from.distance > 0 && std::isfinite(from.distance),
+          std::string{who} + ": the distance of the view must be positive and finite");
+}
+
 view look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& at, const Eigen::Vector3d& up,
              const view_options& options) {
   expect_valid(options);

@@ -42,6 +42,8 @@ export struct view {
 /// Throws `invalid_input`, naming the function `who`, for a camera without pixels, or whose numbers
 /// are not finite, or whose focal lengths not positive.
 void expect_camera(const pinhole_camera<double>& camera, const char* who);
+/// As above, and for a view whose distance is not positive and finite.
+void expect_view(const view& from, const char* who);
 
 /// Options of `look_at` and `fit`.
 export struct view_options {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro.visualization: scenes, and pictures of them without a display.
+// cilantro.visualization: scenes, and pictures and web pages of them, without a display.
 export module cilantro.visualization;
 
 export import cilantro.io;
@@ -12,3 +12,4 @@ export import :clouds;
 export import :shapes;
 export import :render;
 export import :picture;
+export import :html;

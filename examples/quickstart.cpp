@@ -57,12 +57,17 @@ int main(int argc, char** argv) try {
                          side_by_side(seen(in_two_colors(target, aligned)),
                                       seen(scene{}.set("parts", both)))),
             "out/cloud.png");
+  scene layers = in_two_colors(target, aligned);
+  write_html(layers.set("parts", both).hide("parts"), view{first.camera, diagonal(target) / 2},
+             "out/cloud.html",
+             {.title = "two scans, aligned"});
   std::cout << report << "aligned: " << found.status << " after " << found.iterations
             << " iterations, " << found.pairs << " pairs, overlap " << found.overlap << ", rmse "
             << found.rmse << ", " << found.undetermined << " undetermined directions\n"
             << "segmented: " << parts.size() << " smooth parts, of "
             << (parts.empty() ? 0 : parts[0].size()) << " points the largest\n"
-            << "voxels of " << voxel << "; before, after and the parts are in out/cloud.png\n";
+            << "voxels of " << voxel << "; before, after and the parts are in out/cloud.png,\n"
+            << "and to be turned, moved and measured in a browser, in out/cloud.html\n";
 } catch (const std::exception& error) {
   std::cerr << "quickstart: " << error.what() << '\n';
   return 1;

@@ -110,7 +110,7 @@ struct grid {
     step = std::max(finest, extent / ((1 << 21) - 1));
     if (!(step > 0)) step = 1;
   }
-  [[nodiscard]] std::uint32_t at(float coordinate, int axis) const {
+  [[nodiscard]] inline std::uint32_t at(float coordinate, int axis) const {
     return static_cast<std::uint32_t>((double(coordinate) - low[axis]) / step + 0.5);
   }
 };
@@ -125,7 +125,7 @@ struct size_scale {
     high = std::max(of.sizes.maxCoeff(), std::numeric_limits<float>::min());
     low = std::max(of.sizes.minCoeff(), high * 1e-4f);
   }
-  [[nodiscard]] std::uint32_t at(float size) const {
+  [[nodiscard]] inline std::uint32_t at(float size) const {
     if (!(high > low)) return 0;
     const float share = std::log(std::max(size, low) / low) / std::log(high / low);
     return static_cast<std::uint32_t>(std::clamp(share, 0.0f, 1.0f) * 255 + 0.5f);

@@ -49,19 +49,19 @@ struct projector {
     double x, y, z;
   };
   /// Where a point of the camera's coordinates is seen. Precondition: z > 0.
-  [[nodiscard]] place seen(const Eigen::Vector3d& p) const {
+  [[nodiscard]] inline place seen(const Eigen::Vector3d& p) const {
     const double scale = orthographic ? 1 : 1 / p.z();
     return {fx * p.x() * scale + cx, fy * p.y() * scale + cy, p.z()};
   }
   /// The camera's coordinates of a place in the world.
-  [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector3d& p) const {
+  [[nodiscard]] inline Eigen::Vector3d operator()(const Eigen::Vector3d& p) const {
     return to_camera * (p - eye);
   }
   /// The ray through a pixel, in the camera's coordinates, with 1 along z; and where it begins.
   struct ray {
     Eigen::Vector3d origin, direction;
   };
-  [[nodiscard]] ray through(double x, double y) const {
+  [[nodiscard]] inline ray through(double x, double y) const {
     const Eigen::Vector3d beside{(x - cx) / fx, (y - cy) / fy, 0};
     if (orthographic) return {beside, Eigen::Vector3d::UnitZ()};
     return {Eigen::Vector3d::Zero(), beside + Eigen::Vector3d::UnitZ()};

@@ -5,6 +5,8 @@ module;
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <utility>
 module cilantro.visualization:rasterize;
 
@@ -61,39 +63,93 @@ void for_splats(const point_batch& batch, const projector& by, index_t stride, c
   const auto& sizes = batch.size.sizes;
   const float fx = float(by.fx), fy = float(by.fy), cx = float(by.cx), cy = float(by.cy);
   const float nearest = float(by.nearest), fineness = float(by.fineness);
+  const bool orthographic = by.orthographic;
   // A radius. Larger ones would only be something that is too near.
   const float largest = 512 * fineness;
   // Fewer points of a surface are further apart.
   const float growth = is_length ? std::sqrt(float(stride)) : 1;
   const index_t count = (batch.points.cols() + stride - 1) / stride;
-  parallel_blocks(count, 1024, how, [&](index_t, index_t begin, index_t end) {
-    for (index_t block = begin; block < end; ++block) {
-      const index_t i = stride == 1 ? block : sampled(block, stride);
-      if (i >= batch.points.cols()) continue;
-      const Eigen::Vector3f p = place(batch.points.col(i));
-      if (!(p.z() > nearest) || !std::isfinite(p.z())) continue;
-      const float scale = by.orthographic ? 1 : 1 / p.z();
-      const float size = growth * sizes[sizes.size() == 1 ? 0 : i];
-      const float pixels = is_length ? size * fx * scale : size * fineness;
-      splat s{fx * p.x() * scale + cx, fy * p.y() * scale + cy, std::min(pixels / 2, largest),
-              p.z(), is_length ? size : size * fineness / (fx * scale)};
+  const float width = float(by.width) - 0.5f, height = float(by.height) - 0.5f;
+  const Eigen::Matrix3f turn = place.linear;
+  const Eigen::Vector3f offset = place.offset;
+
+  constexpr index_t most = 256;
+  parallel_blocks(count, most, how, [&](index_t, index_t begin, index_t end) {
+    // In arrays, so that the compiler does several at once.
+    std::array<float, most> x, y, z, size, radius, diameter;
+    const auto n = static_cast<std::size_t>(end - begin);
+    const auto number = [&](std::size_t k) {
+      const index_t block = begin + static_cast<index_t>(k);
+      return stride == 1 ? block : std::min(sampled(block, stride), batch.points.cols() - 1);
+    };
+    for (std::size_t k = 0; k < n; ++k) {
+      const float* const p = batch.points.data() + 3 * number(k);
+      x[k] = p[0];
+      y[k] = p[1];
+      z[k] = p[2];
+    }
+    for (std::size_t k = 0; k < n; ++k) size[k] = growth * sizes[sizes.size() == 1 ? 0 : number(k)];
+    for (std::size_t k = 0; k < n; ++k) {
+      const float u = turn(0, 0) * x[k] + turn(0, 1) * y[k] + turn(0, 2) * z[k] + offset[0];
+      const float v = turn(1, 0) * x[k] + turn(1, 1) * y[k] + turn(1, 2) * z[k] + offset[1];
+      const float w = turn(2, 0) * x[k] + turn(2, 1) * y[k] + turn(2, 2) * z[k] + offset[2];
+      const float scale = orthographic ? 1 : 1 / w;
+      const float pixels = is_length ? size[k] * fx * scale : size[k] * fineness;
+      diameter[k] = is_length ? size[k] : pixels / (fx * scale);
       // What is smaller than a pixel is a pixel.
-      if (!(s.radius >= 0.5f)) s.radius = 0.5f;
-      if (s.x + s.radius < -0.5f || s.y + s.radius < -0.5f ||
-          !(s.x - s.radius < float(by.width) - 0.5f) || !(s.y - s.radius < float(by.height) - 0.5f))
-        continue;
-      f(i, s);
+      radius[k] = std::max(std::min(pixels / 2, largest), 0.5f);
+      x[k] = fx * u * scale + cx;
+      y[k] = fy * v * scale + cy;
+      z[k] = w;
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      const splat s{x[k], y[k], radius[k], z[k], diameter[k]};
+      const bool is_seen = s.z > nearest && s.z <= std::numeric_limits<float>::max() &&
+                           s.x + s.radius >= -0.5f && s.y + s.radius >= -0.5f &&
+                           s.x - s.radius < width && s.y - s.radius < height;
+      if (is_seen) f(number(k), s);
     }
   });
 }
 
-/// Calls `f(pixel, share)` for each pixel of a splat: its number, and its squared distance from the
-/// middle as a share of the squared radius.
+/// The square of nine pixels around a splat that is at most that large.
+struct nine_pixels {
+  index_t first;  ///< The pixel at the top left.
+  /// Of the middles of the pixels, row by row: the squared distance from that of the splat, as a
+  /// share of the squared radius. Beyond 1 it is not covered.
+  std::array<float, 9> shares;
+
+  /// Whether all of the splat is in such a square, all of which is in the picture.
+  static inline bool hold(const splat& s, const projector& by) {
+    return s.radius >= 0.71f && s.radius < 1.5f && s.x >= 1.5f && s.y >= 1.5f &&
+           s.x < float(by.width) - 3 && s.y < float(by.height) - 3;
+  }
+  inline nine_pixels(const splat& s, const projector& by) {
+    const int x = ceil_of(s.x - s.radius), y = ceil_of(s.y - s.radius);
+    first = index_t(y) * by.width + x;
+    const float dx = float(x) - s.x, dy = float(y) - s.y, inverse = 1 / (s.radius * s.radius);
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column) {
+        const float u = dx + float(column), v = dy + float(row);
+        shares[std::size_t(3 * row + column)] = (u * u + v * v) * inverse;
+      }
+  }
+};
+
+/// Calls `f(pixel, share)` for each pixel of a splat: its number, and its share as above. For small
+/// ones, without a branch for each: `f` is called for all nine, and has to ignore shares beyond 1.
 template <class F>
 void for_pixels(const splat& s, const projector& by, F&& f) {
   if (s.radius < 0.71f) {
     const int x = floor_of(s.x + 0.5f), y = floor_of(s.y + 0.5f);
     if (0 <= x && x < by.width && 0 <= y && y < by.height) f(index_t(y) * by.width + x, 0.0f);
+    return;
+  }
+  if (nine_pixels::hold(s, by)) {
+    const nine_pixels nine{s, by};
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 3; ++column)
+        f(nine.first + row * by.width + column, nine.shares[std::size_t(3 * row + column)]);
     return;
   }
   const float square = s.radius * s.radius, inverse = 1 / square;
@@ -106,7 +162,7 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
     const index_t row = index_t(y) * by.width;
     for (int x = x_begin; x <= x_end; ++x) {
       const float dx = float(x) - s.x;
-      f(row + x, (dx * dx + dy * dy) * inverse);
+      f(row + x, std::min((dx * dx + dy * dy) * inverse, 1.0f));
     }
   }
 }

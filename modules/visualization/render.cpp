@@ -130,23 +130,22 @@ class painter {
                  nothing) {}
 
   void find_nearest() {
-    const auto draw_opaque = [&](const auto& batches, auto&& draw) {
+    for (const auto& [batch, layer, place, first] : all_.points)
+      if (batch->opacity == 1)
+        for_splats(*batch, by_, stride_, how_, [&, first](index_t i, const splat& s) {
+          const auto key = key_of(s.z, first + static_cast<std::uint32_t>(i));
+          for_pixels(s, by_,
+                     [&](index_t pixel, float share) { put(pixel, share <= 1 ? key : nothing); });
+        });
+    const auto draw_opaque = [&](const auto& batches) {
       for (const auto& [batch, layer, place, first] : batches)
         if (batch->opacity == 1)
-          draw(*batch, [&, first](index_t i, index_t pixel, float z) {
+          rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
             put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
           });
     };
-    draw_opaque(all_.points, [&](const point_batch& batch, const auto& put) {
-      for_splats(batch, by_, stride_, how_, [&](index_t i, const splat& s) {
-        for_pixels(s, by_, [&](index_t pixel, float) { put(i, pixel, s.z); });
-      });
-    });
-    const auto draw_filled = [&](const auto& batch, const auto& put) {
-      rasterize(batch, by_, how_, put);
-    };
-    draw_opaque(all_.lines, draw_filled);
-    draw_opaque(all_.triangles, draw_filled);
+    draw_opaque(all_.lines);
+    draw_opaque(all_.triangles);
   }
 
   [[nodiscard]] std::vector<color> colors() {
@@ -250,7 +249,7 @@ class painter {
         std::optional<std::array<std::uint64_t, 3>> own;
         for_pixels(s, by_, [&](index_t pixel, float share) {
           const auto key = nearest_[pixel];
-          if (static_cast<std::uint32_t>(key) >= all_.first_line ||
+          if (share > 1 || static_cast<std::uint32_t>(key) >= all_.first_line ||
               s.z - depth_of(key) > s.diameter)
             return;
           if (!own) {
@@ -319,7 +318,9 @@ class painter {
     draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
       for_splats(batch, by_, stride_, how_, [&](index_t i, const splat& s) {
         const color own = lit_point(batch, i);
-        for_pixels(s, by_, [&](index_t pixel, float) { add(pixel, s.z, own); });
+        for_pixels(s, by_, [&](index_t pixel, float share) {
+          if (share <= 1) add(pixel, s.z, own);
+        });
       });
     });
     draw_transparent(all_.lines, [&](const line_batch& batch, const auto& add) {

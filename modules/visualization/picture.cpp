@@ -6,6 +6,12 @@ module cilantro.visualization;
 
 namespace cilantro {
 
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending;
+}
+
 void write_picture(const scene& all, const std::filesystem::path& path,
                    const render_options& options) {
   view_options size;
@@ -16,9 +22,7 @@ void write_picture(const scene& all, const std::filesystem::path& path,
 
 void write_picture(const scene& all, const view& from, const std::filesystem::path& path,
                    const render_options& options) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  expects(ending == ".png", "write_picture: the name of a picture must end in .png");
+  expects(ending_of(path) == ".png", "write_picture: the name of a picture must end in .png");
   write_png(render(all, from, options), path);
 }
 

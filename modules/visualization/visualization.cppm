@@ -12,3 +12,4 @@ export import :clouds;
 export import :shapes;
 export import :render;
 export import :picture;
+export import :video;

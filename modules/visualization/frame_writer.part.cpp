@@ -168,6 +168,8 @@ class mp4_writer : public frame_writer {
   void finish() override {
     const std::string problem = ffmpeg_->end();
     if (!problem.empty()) fail(problem);
+    std::error_code ignored;
+    if (std::filesystem::file_size(file_.place(), ignored) == 0) fail("it has written nothing");
     file_.commit();
   }
 

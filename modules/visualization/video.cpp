@@ -19,7 +19,8 @@ namespace {
 frame_rate nearest_rate(double per_second) {
   const auto frames = std::lround(per_second * 1000),
              of_television = std::lround(per_second * 1.001);
-  if (std::abs(of_television / 1.001 - per_second) < std::abs(double(frames) / 1000 - per_second))
+  if (std::abs(double(of_television) / 1.001 - per_second) <
+      std::abs(double(frames) / 1000 - per_second))
     return {static_cast<int>(1000 * of_television), 1001};
   const auto common = std::gcd(frames, 1000l);
   return {static_cast<int>(frames / common), static_cast<int>(1000 / common)};

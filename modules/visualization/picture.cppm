@@ -17,6 +17,9 @@ export void write_picture(const scene& all, const std::filesystem::path& path,
 export void write_picture(const scene& all, const view& from, const std::filesystem::path& path,
                           const render_options& options = {});
 
+/// Throws `invalid_input` for a name that does not end in `.png`.
+void expect_picture_name(const std::filesystem::path& path);
+
 /// What the name of a file ends in, in lower case, such as ".png".
 std::string ending_of(const std::filesystem::path& path);
 

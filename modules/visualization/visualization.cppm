@@ -12,4 +12,5 @@ export import :clouds;
 export import :shapes;
 export import :render;
 export import :picture;
+export import :images;
 export import :video;

@@ -148,6 +148,11 @@ head -c 31 turn.y4m | grep -q 'YUV4MPEG2 W64 H40 F25:2' || fail 'the film is no 
 [ "$(stat -c %s turn.y4m)" = $((57 + 3 * (6 + 3 * 64 * 40))) ] || fail 'the film has not three frames'
 expect 0 '' "$cilantro" picture scan.ply -o turn%02d.png --size 64,40 --turntable 3 --quiet
 [ "$(ls turn??.png)" = $'turn00.png\nturn01.png\nturn02.png' ] || fail 'there are not three frames'
+if command -v ffmpeg > /dev/null; then
+  # Without standard streams, too.
+  "$cilantro" picture scan.ply -o turn.mp4 --size 63,41 --turntable 3 --quiet <&- >&- 2>&- || fail 'there is no film'
+  head -c 8 turn.mp4 | grep -q ftyp || fail 'the film is no MP4 file'
+fi
 expect 1 'turn.mp4 would be a film, which needs --turntable' "$cilantro" picture missing.ply -o turn.mp4
 expect 1 'the name of a film ends in' "$cilantro" picture scan.ply -o turn.png --turntable 3
 expect 2 'try --help' "$cilantro" picture scan.ply -o turn.png --frames-per-second 3

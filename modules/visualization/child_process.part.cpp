@@ -98,7 +98,8 @@ class child_process {
   child_process(const child_process&) = delete;
   child_process& operator=(const child_process&) = delete;
   ~child_process() {
-    if (id_ < 0) return;
+    // If something else waited for it, its number may be that of another program by now.
+    if (id_ < 0 || ::waitpid(id_, nullptr, WNOHANG) != 0) return;
     ::kill(id_, SIGKILL);
     reap();
   }

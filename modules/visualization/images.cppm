@@ -40,7 +40,7 @@ export struct image_look {
   std::string title = {};  ///< Of the legend of numbers.
 };
 
-/// An image as triangles with a texture, and what its colours mean.
+/// An image as triangles with a texture, and what the colours of numbers mean.
 void draw_colors(image<rgb> colors, canvas& on, const image_look& look);
 void draw_values(std::vector<double> values, int width, int height, canvas& on,
                  const image_look& look);
@@ -72,9 +72,11 @@ void draw(const I& source, canvas& on, const image_look& look = {}) {
 /// there: the frustum of `frustum_lines` with the same depth ends in it.
 export [[nodiscard]] image_look image_at(const pinhole_camera<double>& camera, positive depth = 1);
 
+/// `one_to_one` of an image of that size.
+[[nodiscard]] view view_of_pixels(int width, int height, const image_look& look);
+
 /// The view that shows an image pixel by pixel: of its size, by parallel rays, straight from the
 /// front. Throws `invalid_input` for an image without pixels and a look that is not finite.
-[[nodiscard]] view view_of_pixels(int width, int height, const image_look& look);
 export template <DrawableImage I>
 [[nodiscard]] view one_to_one(const I& source, const image_look& look = {}) {
   const image_view pixels{source};

@@ -378,6 +378,11 @@ TEST_CASE("a program that ends half way is an error, and ends nothing else") {
         "i=0; while [ $i -lt 20000 ]; do echo \"word $i\" >&2; i=$((i+1)); done; exit 5\n"};
     CHECK(says(film_error(5), "word 19998; word 19999"));
   }
+  {  // Never ends by itself, nor when its input does; the frame waits in the socket.
+    const with_own_ffmpeg own{"while :; do :; done\n"};
+    video film{folder / "film.mp4"};
+    film.add(frame_of(16, 16));
+  }
   CHECK(folder.count() == 0);
 }
 

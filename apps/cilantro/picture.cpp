@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -23,6 +24,8 @@ struct picture_settings {
   std::vector<double> direction, up;
   std::vector<int> size{1280, 720}, background{24, 26, 32};
   double point_size = 0;
+  int turntable = 0;  ///< The number of frames of a film; 0 for a picture.
+  video_options film;
   bool orthographic = false, quiet = false;
   depth_settings depth;
 };
@@ -52,7 +55,16 @@ view view_of(const scene& all, const picture_settings& settings) {
              settings.up.empty() ? Eigen::Vector3d{0, 0, 1} : vector_of(settings.up), options);
 }
 
+/// Before anything is read and drawn.
+void expect_fitting_name(const picture_settings& settings) {
+  const std::string ending = std::filesystem::path{settings.output}.extension().string();
+  if (settings.turntable == 0 && (ending == ".mp4" || ending == ".y4m"))
+    throw std::runtime_error{settings.output +
+                             " would be a film, which needs --turntable and its number of frames"};
+}
+
 void run(const picture_settings& settings) {
+  expect_fitting_name(settings);
   cloud_look look{.color = coloring_of(settings.color)};
   if (settings.point_size > 0) look.size = splat_pixels{settings.point_size};
   scene all;
@@ -64,8 +76,17 @@ void run(const picture_settings& settings) {
   options.background = {};
   for (std::size_t k = 0; k < 3; ++k)
     options.background[k] = static_cast<std::uint8_t>(settings.background[k]);
-  write_picture(all, view_of(all, settings), settings.output, options);
-  if (!settings.quiet) std::cerr << "a picture is in " << settings.output << '\n';
+  const bool is_film = settings.turntable > 0;
+  if (is_film) {
+    progress_line line{"drawing", settings.quiet};
+    options.monitor = line.monitor();
+    write_video(all, turntable(view_of(all, settings), settings.turntable), settings.output,
+                options, settings.film);
+  } else {
+    write_picture(all, view_of(all, settings), settings.output, options);
+  }
+  if (!settings.quiet)
+    std::cerr << (is_film ? "a film is in " : "a picture is in ") << settings.output << '\n';
 }
 
 }  // namespace
@@ -74,7 +95,16 @@ void add_picture(CLI::App& app) {
   const auto settings = std::make_shared<picture_settings>();
   auto* command = app.add_subcommand("picture", "Draws clouds, without a display");
   command->add_option("FILES", settings->inputs, "Clouds or depth images")->required();
-  command->add_option("-o,--output", settings->output, "The PNG file to write")->required();
+  command
+      ->add_option("-o,--output", settings->output,
+                   "The PNG file to write; with --turntable .mp4, .y4m, or .png with %04d")
+      ->required();
+  auto* turntable =
+      command->add_option("--turntable", settings->turntable, "A film of so many frames all around")
+          ->check(CLI::Range(1, 100'000));
+  command->add_option("--frames-per-second", settings->film.frames_per_second, "Of the film (30)")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->needs(turntable);
   command->add_option("--color", settings->color,
                       "own, normals, x, y, z, attribute:NAME or label:NAME (own)");
   command

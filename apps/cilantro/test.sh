@@ -143,6 +143,19 @@ expect 2 'try --help' "$cilantro" segment plane.xyz --knn 0
 expect 0 'a picture is in seen.png' "$cilantro" picture scan.ply plane.xyz -o seen.png --size 320,200 --color z --point-size 2 --direction 0,1,-1
 head -c 4 seen.png | grep -q PNG || fail 'the picture is no PNG file'
 expect 0 '' "$cilantro" picture parts.ply -o seen.png --color label:cluster --orthographic --background 255,255,255 --quiet
+expect 0 'a film is in turn.y4m' "$cilantro" picture scan.ply -o turn.y4m --size 64,40 --turntable 3 --frames-per-second 12.5
+head -c 31 turn.y4m | grep -q 'YUV4MPEG2 W64 H40 F25:2' || fail 'the film is no YUV4MPEG2 file'
+[ "$(stat -c %s turn.y4m)" = $((57 + 3 * (6 + 3 * 64 * 40))) ] || fail 'the film has not three frames'
+expect 0 '' "$cilantro" picture scan.ply -o turn%02d.png --size 64,40 --turntable 3 --quiet
+[ "$(ls turn??.png)" = $'turn00.png\nturn01.png\nturn02.png' ] || fail 'there are not three frames'
+if command -v ffmpeg > /dev/null; then
+  # Without standard streams, too.
+  "$cilantro" picture scan.ply -o turn.mp4 --size 63,41 --turntable 3 --quiet <&- >&- 2>&- || fail 'there is no film'
+  head -c 8 turn.mp4 | grep -q ftyp || fail 'the film is no MP4 file'
+fi
+expect 1 'turn.mp4 would be a film, which needs --turntable' "$cilantro" picture missing.ply -o turn.mp4
+expect 1 'the name of a film ends in' "$cilantro" picture scan.ply -o turn.png --turntable 3
+expect 2 'try --help' "$cilantro" picture scan.ply -o turn.png --frames-per-second 3
 expect 1 'no attribute "x", but' "$cilantro" picture parts.ply -o seen.png --color attribute:x
 expect 1 'the color must be' "$cilantro" picture parts.ply -o seen.png --color blue
 expect 1 'missing.ply: cannot be read' "$cilantro" picture missing.ply -o seen.png

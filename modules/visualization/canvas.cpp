@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 module cilantro.visualization;
@@ -66,6 +67,15 @@ void canvas::add(triangle_batch batch) {
   expect_indices(batch.triangles, n);
   expects(batch.normals.cols() == 0 || batch.normals.cols() == n,
           "canvas: triangles need a normal for each point, or none");
+  if (batch.texture) {
+    expects(!batch.texture->pixels().empty(), "canvas: a texture must have pixels");
+    expects(batch.texture_places.cols() == n && batch.texture_places.allFinite(),
+            "canvas: triangles with a texture need a finite place in it for each point");
+    expects(batch.colors.cols() == 1,
+            "canvas: triangles have a texture or colours of points, not both");
+  } else {
+    expects(batch.texture_places.cols() == 0, "canvas: places in a texture need a .texture");
+  }
   extend(bounds_, batch.points, batch.origin);
   triangles_.push_back(std::move(batch));
 }

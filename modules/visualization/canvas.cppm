@@ -56,6 +56,14 @@ export struct triangle_batch {
   color_matrix colors = one_color({200, 200, 200});  ///< One for all, or one for each point.
   Eigen::Matrix3Xf normals = {};  ///< `3 × N`, to look smooth; or no columns, to look flat.
   double opacity = 1;             ///< From 0, which shows nothing, to 1.
+  /// What the triangles are covered with, in place of `colors`; or nothing. Each pixel shows the
+  /// one pixel of it that lies there; beyond its borders, those at them.
+  std::shared_ptr<const image<rgb>> texture = {};
+  /// `2 × N`: where in the texture each point is, in pixels from the top left, integers being their
+  /// middles, as cameras count: those of a photo are where its camera sees the points.
+  Eigen::Matrix2Xf texture_places = {};
+  /// Whether they are lit from the eye and darker behind edges; else they have just their colours.
+  bool lit = true;
 };
 
 /// A text at a place, drawn over everything else.
@@ -82,7 +90,9 @@ export class canvas {
 
   /// Each throws `invalid_input` for colours, normals or sizes that are not as many as their kind
   /// allows, for indices that are not those of points, for sizes, widths and origins that make no
-  /// sense, and for opacities beyond 0 and 1. A label at a place that is not finite is left out.
+  /// sense, for opacities beyond 0 and 1, and for a texture without pixels, without a finite place
+  /// for each point, or beside a colour for each. A label at a place that is not finite is left
+  /// out.
   void add(point_batch batch);
   void add(line_batch batch);
   void add(triangle_batch batch);

@@ -16,13 +16,10 @@ module;
 module cilantro.visualization;
 
 import cilantro.clustering;
+import :value_colors;
 
 namespace cilantro {
 namespace {
-
-void set(color_matrix& colors, index_t i, const rgb& color) {
-  colors.col(i) << color[0], color[1], color[2];
-}
 
 color_matrix in_bytes(points_view<float, 3> shares) {
   color_matrix colors(3, shares.size());
@@ -46,37 +43,16 @@ std::vector<double> values_of(const attribute& from) {
       from.values);
 }
 
-color_legend legend_of(std::string title, const color_map& map, double low, double high) {
-  color_legend legend{std::move(title), {}, low, high};
-  constexpr int steps = 256;
-  for (int i = 0; i < steps; ++i) legend.colors.push_back(map((i + 0.5) / steps));
-  return legend;
-}
-
 /// Colours by the map, and says in a legend what they mean.
 color_matrix colored_by(const std::vector<double>& values, const auto& by, std::string title,
                         canvas& on) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const double value : values)
-    if (std::isfinite(value)) {
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-  if (!(low <= high)) low = high = by.low.value_or(by.high.value_or(0));
-  // An end that is not given makes room for the other one.
-  low = by.low.value_or(std::min(low, by.high.value_or(low)));
-  high = by.high.value_or(std::max(high, low));
-  expects(
-      std::isfinite(low) && std::isfinite(high) && low <= high,
-      "draw: the values at the ends of the colours must be finite, and the lowest not above the "
-      "highest");
+  const value_colors color_of{values, by.map, by.low, by.high};
   color_matrix colors(3, std::ssize(values));
-  for (index_t i = 0; i < colors.cols(); ++i)
-    set(colors, i,
-        by.map(low < high || std::isnan(values[i])
-                   ? (values[i] / 2 - low / 2) / (high / 2 - low / 2)
-                   : 0.5));
-  on.add(legend_of(std::move(title), by.map, low, high));
+  for (index_t i = 0; i < colors.cols(); ++i) {
+    const rgb color = color_of(values[i]);
+    colors.col(i) << color[0], color[1], color[2];
+  }
+  on.add(color_of.legend(std::move(title)));
   return colors;
 }
 

@@ -119,31 +119,60 @@ rgb readable_on(const rgb& background) {
   return light > 128'000 ? rgb{20, 22, 26} : rgb{240, 240, 240};
 }
 
+/// What a bar of colours consists of, in a picture of a given height.
+struct written_legend {
+  float letter, bar_width, gap;
+  written_text title;
+  std::array<written_text, 3> numbers;
+  float width;
+
+  written_legend(const color_legend& legend, int picture_height)
+      : letter{letter_height(picture_height)},
+        bar_width{1.4f * letter},
+        gap{0.6f * letter},
+        title{legend.title, letter},
+        numbers{number(legend.high, legend), number(legend.low / 2 + legend.high / 2, legend),
+                number(legend.low, legend)} {
+    float widest = 0;
+    for (const auto& one : numbers) widest = std::max(widest, one.width());
+    width = std::max(widest + gap + bar_width, title.width());
+  }
+  static float letter_height(int picture_height) {
+    return std::clamp(float(picture_height) / 60, 7.0f, 24.0f);
+  }
+  /// What there is for each of some legends that stand above each other.
+  static float height_of_each(std::size_t legends, int picture_height) {
+    const float height = float(picture_height);
+    return std::min((height - 2 * letter_height(picture_height)) / float(legends), height / 2);
+  }
+  /// Of the bar within that; 0 if it would be too small to be read.
+  [[nodiscard]] float bar_height(float room) const {
+    const float height = room - 4 * letter;
+    return height < 3 * letter ? 0 : height;
+  }
+
+ private:
+  [[nodiscard]] written_text number(double value, const color_legend& legend) const {
+    return {in_few_digits(value, legend.high - legend.low), letter};
+  }
+};
+
 /// One bar at the right border, the first at the top; returns where the next one may begin.
 float draw_legend(image<rgb>& picture, const color_legend& legend, float top, float room,
                   const rgb& background) {
-  const float letter = std::clamp(float(picture.height()) / 60, 7.0f, 24.0f);
+  const written_legend written{legend, picture.height()};
+  const float letter = written.letter, bar_width = written.bar_width;
   const rgb ink = readable_on(background);
-  const written_text title{legend.title, letter};
-  const float bar_width = 1.4f * letter, gap = 0.6f * letter;
-  const float bar_height = room - 4 * letter;
-  if (bar_height < 3 * letter) return top;
+  const float bar_height = written.bar_height(room);
+  if (bar_height == 0) return top;
 
-  const double range = legend.high - legend.low;
-  const std::array<written_text, 3> numbers{
-      written_text{in_few_digits(legend.high, range), letter},
-      written_text{in_few_digits(legend.low / 2 + legend.high / 2, range), letter},
-      written_text{in_few_digits(legend.low, range), letter}};
-  float widest = 0;
-  for (const auto& number : numbers) widest = std::max(widest, number.width());
-  const float right = float(picture.width()) - letter;
-  const float left = right - std::max(widest + gap + bar_width, title.width());
+  const float left = float(picture.width()) - letter - written.width;
   // Whatever is there must not make the numbers unreadable.
   for (int y = std::max(0, int(top - letter / 2));
        y < std::min(picture.height(), int(top + room - letter)); ++y)
     for (int x = std::max(0, int(left - letter / 2)); x < picture.width(); ++x)
       mix(picture(x, y), background, 0.6f);
-  title.draw(picture, left, top, ink, background);
+  written.title.draw(picture, left, top, ink, background);
 
   const int x0 = std::max(0, int(left)), x1 = std::min(picture.width() - 1, int(left + bar_width));
   const int y0 = std::max(0, int(top + 2 * letter));
@@ -155,12 +184,21 @@ float draw_legend(image<rgb>& picture, const color_legend& legend, float top, fl
     for (int x = x0; x <= x1; ++x) picture(x, y) = legend.colors[number];
   }
   for (std::size_t k = 0; k < 3; ++k)
-    numbers[k].draw(picture, left + bar_width + gap,
-                    float(y0) + float(k) / 2 * float(y1 - y0) - letter / 2, ink, background);
+    written.numbers[k].draw(picture, left + bar_width + written.gap,
+                            float(y0) + float(k) / 2 * float(y1 - y0) - letter / 2, ink,
+                            background);
   return top + room;
 }
 
 }  // namespace
+
+/// How many columns at the right border a legend takes that is the only one; 0 if the picture is
+/// too low for it.
+int legend_room(const color_legend& legend, int picture_height) {
+  const written_legend written{legend, picture_height};
+  if (written.bar_height(written_legend::height_of_each(1, picture_height)) == 0) return 0;
+  return static_cast<int>(std::ceil(written.width + 2 * written.letter));
+}
 
 /// Draws the labels and legends of a scene over its picture.
 void draw_overlay(image<rgb>& picture, const scene& all, const projector& by,
@@ -180,10 +218,8 @@ void draw_overlay(image<rgb>& picture, const scene& all, const projector& by,
     }
   }
   if (!options.legends || legends == 0) return;
-  const float margin = std::clamp(float(picture.height()) / 60, 7.0f, 24.0f);
-  const float room = std::min((float(picture.height()) - 2 * margin) / float(legends),
-                              float(picture.height()) / 2);
-  float top = margin;
+  const float room = written_legend::height_of_each(legends, picture.height());
+  float top = written_legend::letter_height(picture.height());
   for (const auto& layer : all.layers())
     if (!layer.is_hidden)
       for (const auto& legend : layer.content->legends())

@@ -12,6 +12,10 @@ std::string ending_of(const std::filesystem::path& path) {
   return ending;
 }
 
+void expect_picture_name(const std::filesystem::path& path) {
+  expects(ending_of(path) == ".png", "write_picture: the name of a picture must end in .png");
+}
+
 void write_picture(const scene& all, const std::filesystem::path& path,
                    const render_options& options) {
   view_options size;
@@ -22,7 +26,7 @@ void write_picture(const scene& all, const std::filesystem::path& path,
 
 void write_picture(const scene& all, const view& from, const std::filesystem::path& path,
                    const render_options& options) {
-  expects(ending_of(path) == ".png", "write_picture: the name of a picture must end in .png");
+  expect_picture_name(path);
   write_png(render(all, from, options), path);
 }
 

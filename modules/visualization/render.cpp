@@ -83,6 +83,9 @@ using color = Eigen::Vector3f;
 color color_of(const color_matrix& colors, index_t i) {
   return colors.col(colors.cols() == 1 ? 0 : i).cast<float>();
 }
+color color_of(const rgb& one) {
+  return {float(one[0]), float(one[1]), float(one[2])};
+}
 /// How bright a surface is that is lit from the eye: both sides alike, and fully without a normal.
 float light_on(const Eigen::Vector3f& normal, const Eigen::Vector3f& towards) {
   const float cosine = std::abs(normal.stableNormalized().dot(towards.stableNormalized()));
@@ -151,7 +154,7 @@ class painter {
   [[nodiscard]] std::vector<color> colors() {
     if (options_.blend) mix_splats();
     std::vector<color> picture(nearest_.size());
-    const color background = color_of(one_color(options_.background), 0);
+    const color background = color_of(options_.background);
     parallel_for(std::ssize(nearest_), how_, [&](index_t pixel) {
       picture[pixel] = nearest_[pixel] == nothing ? background : color_at(pixel) * edge_at(pixel);
     });
@@ -184,6 +187,21 @@ class painter {
     return by_.orthographic ? Eigen::Vector3f{0, 0, -1} : Eigen::Vector3f{-p};
   }
 
+  /// The pixel of the texture that is nearest to a place in a triangle.
+  [[nodiscard]] static color texture_at(const triangle_batch& batch, const auto& corners,
+                                        const Eigen::Vector3d& shares) {
+    Eigen::Vector2d place = Eigen::Vector2d::Zero();
+    for (int k = 0; k < 3; ++k)
+      place +=
+          shares[k] / shares.sum() * batch.texture_places.col(corners[k]).template cast<double>();
+    const auto& texture = *batch.texture;
+    const auto nearest = [](double at, int size) {
+      return static_cast<int>(std::clamp(std::floor(at + 0.5), 0.0, size - 1.0));
+    };
+    return color_of(
+        texture(nearest(place.x(), texture.width()), nearest(place.y(), texture.height())));
+  }
+
   /// Where the pixel sees a triangle: the weights of its corners.
   [[nodiscard]] color lit_triangle(const triangle_batch& batch, index_t i, index_t pixel) const {
     const batch_placement place{by_, batch.origin};
@@ -195,17 +213,21 @@ class painter {
     const auto ray = by_.through(double(pixel - row * by_.width), double(row));
     const double t = normal.dot(p.col(0) - ray.origin) / normal.dot(ray.direction);
     const Eigen::Vector3d at = ray.origin + t * ray.direction;
-    Eigen::Vector3f weights;
+    Eigen::Vector3d shares;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d a = p.col((k + 1) % 3), b = p.col((k + 2) % 3);
       const double share = (b - a).cross(at - a).dot(normal) / normal.squaredNorm();
-      weights[k] = std::isfinite(share) ? float(std::clamp(share, 0.0, 1.0)) : 1 / 3.0f;
+      shares[k] = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) : 1 / 3.0;
     }
+    const Eigen::Vector3f weights = shares.cast<float>();
     color own = color_of(batch.colors, corners[0]);
-    if (batch.colors.cols() > 1)
+    if (batch.texture)
+      own = texture_at(batch, corners, shares);
+    else if (batch.colors.cols() > 1)
       own = (weights[0] * own + weights[1] * color_of(batch.colors, corners[1]) +
              weights[2] * color_of(batch.colors, corners[2])) /
             weights.sum();
+    if (!batch.lit) return own;
     Eigen::Vector3f facing = normal.cast<float>();
     if (batch.normals.cols() > 0) {
       facing.setZero();
@@ -269,6 +291,8 @@ class painter {
   /// How much light is left where neighbours are nearer, by how much in relation to the distance.
   [[nodiscard]] float edge_at(index_t pixel) const {
     if (options_.edges == 0) return 1;
+    const auto number = static_cast<std::uint32_t>(nearest_[pixel]);
+    if (number >= all_.first_triangle && !drawing::of(all_.triangles, number).batch->lit) return 1;
     const int width = by_.width, height = by_.height;
     // Two pixels of a picture 720 high, and as many of a smaller one.
     const int reach = std::max(2 * by_.fineness, int(std::lround(height / 360.0)));

@@ -13,3 +13,5 @@ export import :shapes;
 export import :render;
 export import :picture;
 export import :html;
+export import :images;
+export import :video;

@@ -237,11 +237,14 @@ void pictures() {
   triangle_batch veil{.points = points.leftCols(60), .opacity = 0.4};
   veil.triangles.resize(3, 20);
   for (int i = 0; i < 60; ++i) veil.triangles(i % 3, i / 3) = i;
+  image<float> heights(20, 15);
+  for (int i = 0; i < 300; ++i) heights.pixels()[i] = points(2, i);
   scene all;
   all.set("points", points, cloud_look{.color = by_coordinate{2}})
       .set("veil", veil)
       .set("edges", wireframe(veil))
-      .set("name", label{"still life"});
+      .set("name", label{"still life"})
+      .set("heights", heights, image_look{.pixel_size = {0.1, 0.1}});
   for (const bool blend : {false, true}) {
     const auto picture = render(all, fit(all, {.width = 320, .height = 200}), {.blend = blend});
     hash found;

@@ -41,6 +41,10 @@ class output_file {
 
   void write(const char* data, std::size_t count);
   void commit();
+  /// Where the content is before that, for a program that writes it by name.
+  [[nodiscard]] const std::filesystem::path& place() const {
+    return temporary_.empty() ? final_ : temporary_;
+  }
 
  private:
   std::filesystem::path final_, temporary_;

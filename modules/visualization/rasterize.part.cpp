@@ -53,11 +53,11 @@ inline index_t sampled(index_t block, index_t stride) {
   return block * stride + static_cast<index_t>(scattered % static_cast<std::uint64_t>(stride));
 }
 
-/// Calls `f(i, splat)` for one of `stride` points of a batch, if it may be seen, from several
-/// threads at once.
+/// Calls `f(i, splat)` for one of `stride` points each, if it may be seen: those of the blocks from
+/// `begin` to `end`.
 template <class F>
-void for_splats(const point_batch& batch, const projector& by, index_t stride, const execution& how,
-                F&& f) {
+void for_splats(const point_batch& batch, const projector& by, index_t stride, index_t begin,
+                index_t end, F&& f) {
   const batch_placement place{by, batch.origin};
   const bool is_length = batch.size.in == point_size::unit::length;
   const auto& sizes = batch.size.sizes;
@@ -68,16 +68,15 @@ void for_splats(const point_batch& batch, const projector& by, index_t stride, c
   const float largest = 512 * fineness;
   // Fewer points of a surface are further apart.
   const float growth = is_length ? std::sqrt(float(stride)) : 1;
-  const index_t count = (batch.points.cols() + stride - 1) / stride;
   const float width = float(by.width) - 0.5f, height = float(by.height) - 0.5f;
   const Eigen::Matrix3f turn = place.linear;
   const Eigen::Vector3f offset = place.offset;
 
+  // In arrays, so that the compiler does several at once.
   constexpr index_t most = 256;
-  parallel_blocks(count, most, how, [&](index_t, index_t begin, index_t end) {
-    // In arrays, so that the compiler does several at once.
-    std::array<float, most> x, y, z, size, radius, diameter;
-    const auto n = static_cast<std::size_t>(end - begin);
+  std::array<float, most> x, y, z, size, radius, diameter;
+  for (; begin < end; begin += most) {
+    const auto n = static_cast<std::size_t>(std::min(most, end - begin));
     const auto number = [&](std::size_t k) {
       const index_t block = begin + static_cast<index_t>(k);
       return stride == 1 ? block : std::min(sampled(block, stride), batch.points.cols() - 1);
@@ -109,7 +108,7 @@ void for_splats(const point_batch& batch, const projector& by, index_t stride, c
                            s.x - s.radius < width && s.y - s.radius < height;
       if (is_seen) f(number(k), s);
     }
-  });
+  }
 }
 
 /// The square of nine pixels around a splat that is at most that large.

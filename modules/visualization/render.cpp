@@ -12,71 +12,18 @@ module;
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "core/parallel_backend.hpp"
 module cilantro.visualization;
 
+import :drawing;
+import :edges;
 import :overlay;
 import :projector;
 import :rasterize;
 
 namespace cilantro {
 namespace {
-
-/// What is nearest in a pixel: its depth, whose bits are ordered as it is, and then its number. The
-/// smallest is seen, whichever thread comes first.
-using depth_and_number = std::uint64_t;
-constexpr depth_and_number nothing = std::numeric_limits<depth_and_number>::max();
-
-depth_and_number key_of(float z, std::uint32_t number) {
-  return depth_and_number{std::bit_cast<std::uint32_t>(z)} << 32 | number;
-}
-float depth_of(depth_and_number key) {
-  return std::bit_cast<float>(static_cast<std::uint32_t>(key >> 32));
-}
-
-/// A batch of the scene, and the number of its first point, line or triangle.
-template <class Batch>
-struct numbered {
-  const Batch* batch;
-  const scene::layer* layer;
-  index_t place;  ///< Among the batches of its kind in the layer.
-  std::uint32_t first;
-};
-
-/// All that is drawn, by kind.
-struct drawing {
-  std::vector<numbered<point_batch>> points;
-  std::vector<numbered<line_batch>> lines;
-  std::vector<numbered<triangle_batch>> triangles;
-  std::uint32_t first_line = 0, first_triangle = 0;  ///< Points have lower numbers.
-  bool is_transparent = false;
-
-  explicit drawing(const scene& all) {
-    std::uint64_t next = 0;
-    const auto collect = [&](auto& into, auto batches, auto&& count) {
-      for (const auto& layer : all.layers()) {
-        if (layer.is_hidden) continue;
-        index_t place = 0;
-        for (const auto& batch : ((*layer.content).*batches)()) {
-          into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next)});
-          next += static_cast<std::uint64_t>(count(batch));
-          is_transparent |= batch.opacity < 1;
-        }
-      }
-      expects(next < std::numeric_limits<std::uint32_t>::max(),
-              "render: there are more than 2^32 - 2 points, lines and triangles");
-      return static_cast<std::uint32_t>(next);
-    };
-    first_line = collect(points, &canvas::points, [](const auto& b) { return b.points.cols(); });
-    first_triangle =
-        collect(lines, &canvas::lines, [](const auto& b) { return b.segments.cols(); });
-    collect(triangles, &canvas::triangles, [](const auto& b) { return b.triangles.cols(); });
-  }
-
-  template <class Batch>
-  static const numbered<Batch>& of(const std::vector<numbered<Batch>>& all, std::uint32_t number) {
-    return *std::prev(std::ranges::upper_bound(all, number, {}, &numbered<Batch>::first));
-  }
-};
 
 using color = Eigen::Vector3f;
 
@@ -116,6 +63,25 @@ void add_to(std::uint64_t& sum, std::uint64_t value, bool is_alone) {
     std::atomic_ref{sum}.fetch_add(value, std::memory_order_relaxed);
 }
 
+/// Places to work in, for as many threads as there are places.
+class places {
+ public:
+  explicit places(std::size_t count) : free_{(1u << count) - 1} {}
+  /// `f(place)`, with a place that no other thread has meanwhile.
+  void lend(auto&& f) {
+    unsigned all = free_.load(std::memory_order_relaxed), taken = 0;
+    do {
+      taken = all & (0 - all);
+    } while (taken == 0 || !free_.compare_exchange_weak(all, all - taken, std::memory_order_acquire,
+                                                        std::memory_order_relaxed));
+    f(static_cast<std::size_t>(std::countr_zero(taken)));
+    free_.fetch_or(taken, std::memory_order_release);
+  }
+
+ private:
+  std::atomic<unsigned> free_;
+};
+
 /// One picture in the making.
 class painter {
  public:
@@ -124,55 +90,106 @@ class painter {
         by_{by},
         options_{options},
         how_{options.threads, task_monitor{{}, options.monitor.stop}},
-        is_alone_{options.threads == 1},
+        threads_{options.threads > 0 ? options.threads : detail::threads_of_part(1)},
         stride_{options.point_budget == 0
                     ? 1
                     : std::max<index_t>(1, (index_t(all.first_line) + options.point_budget - 1) /
                                                options.point_budget)},
-        nearest_(static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
-                 nothing) {}
+        nearest_(has_own_ ? static_cast<std::size_t>(threads_) : 1,
+                 std::vector<depth_and_number>(
+                     static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
+                     nothing)) {}
 
   void find_nearest() {
     for (const auto& [batch, layer, place, first] : all_.points)
       if (batch->opacity == 1)
-        for_splats(*batch, by_, stride_, how_, [&, first](index_t i, const splat& s) {
+        draw_splats(*batch, [&, first](std::size_t mine, index_t i, const splat& s) {
           const auto key = key_of(s.z, first + static_cast<std::uint32_t>(i));
-          for_pixels(s, by_,
-                     [&](index_t pixel, float share) { put(pixel, share <= 1 ? key : nothing); });
+          for_pixels(s, by_, [&](index_t pixel, float share) {
+            put(nearest_[mine][pixel], share <= 1 ? key : nothing, has_own_);
+          });
         });
+    gather(nearest_, [](depth_and_number& to, depth_and_number from) { to = std::min(to, from); });
     const auto draw_opaque = [&](const auto& batches) {
       for (const auto& [batch, layer, place, first] : batches)
         if (batch->opacity == 1)
           rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
-            put(pixel, key_of(z, first + static_cast<std::uint32_t>(i)));
+            put(nearest_[0][pixel], key_of(z, first + static_cast<std::uint32_t>(i)),
+                threads_ == 1);
           });
     };
     draw_opaque(all_.lines);
     draw_opaque(all_.triangles);
   }
 
-  [[nodiscard]] std::vector<color> colors() {
+  /// Each pixel the mean of those it is made of.
+  [[nodiscard]] image<rgb> picture() {
     if (options_.blend) mix_splats();
-    std::vector<color> picture(nearest_.size());
+    if (all_.is_transparent) gather_veils();
+    const edge_lighting edges{nearest_[0], by_, options_.edges, how_};
     const color background = color_of(options_.background);
-    parallel_for(std::ssize(nearest_), how_, [&](index_t pixel) {
-      picture[pixel] = nearest_[pixel] == nothing ? background : color_at(pixel) * edge_at(pixel);
+    const int fine = by_.fineness;
+    image<rgb> result(by_.width / fine, by_.height / fine);
+    parallel_blocks(result.height(), 4, how_, [&](index_t, index_t begin, index_t end) {
+      std::vector<float> light(static_cast<std::size_t>(by_.width));
+      std::vector<color> sums(static_cast<std::size_t>(result.width()));
+      for (index_t y = begin; y < end; ++y) {
+        std::ranges::fill(sums, color::Zero());
+        for (index_t row = y * fine; row < (y + 1) * fine; ++row) {
+          edges.row(static_cast<int>(row), light);
+          for (index_t x = 0; x < by_.width; ++x) {
+            const index_t pixel = row * by_.width + x;
+            const color own =
+                nearest_[0][pixel] == nothing ? background : color_at(pixel, light[x]);
+            sums[fine == 1 ? x : x / fine] +=
+                veils_.empty() ? own : behind_veil(veils_[pixel], own);
+          }
+        }
+        for (int x = 0; x < result.width(); ++x) {
+          const color mean = sums[x] / float(fine * fine);
+          for (int k = 0; k < 3; ++k)
+            result(x, int(y))[k] =
+                static_cast<std::uint8_t>(std::clamp(mean[k], 0.0f, 255.0f) + 0.5f);
+        }
+      }
     });
-    if (all_.is_transparent) lay_over(picture);
-    return picture;
+    return result;
   }
 
-  [[nodiscard]] depth_and_number key_at(index_t pixel) const { return nearest_[pixel]; }
+  [[nodiscard]] depth_and_number key_at(index_t pixel) const { return nearest_[0][pixel]; }
 
  private:
-  void put(index_t pixel, depth_and_number key) {
-    if (is_alone_) {
-      nearest_[pixel] = std::min(nearest_[pixel], key);
+  /// Calls `f(mine, i, splat)` for the splats of a batch, from several threads at once, `mine`
+  /// being a place that no other thread has meanwhile if each has its own.
+  void draw_splats(const point_batch& batch, auto&& f) {
+    places own{nearest_.size()};
+    const index_t count = (batch.points.cols() + stride_ - 1) / stride_;
+    parallel_blocks(count, 4096, how_, [&](index_t, index_t begin, index_t end) {
+      const auto draw = [&](std::size_t mine) {
+        for_splats(batch, by_, stride_, begin, end,
+                   [&](index_t i, const splat& s) { f(mine, i, s); });
+      };
+      if (has_own_)
+        own.lend(draw);
+      else
+        draw(0);
+    });
+  }
+  /// What threads have in their own places, in the first one.
+  template <class T>
+  void gather(std::vector<std::vector<T>>& all, auto&& add) {
+    for (std::size_t k = 1; k < all.size(); ++k)
+      parallel_for(std::ssize(all[0]), how_,
+                   [&](index_t pixel) { add(all[0][pixel], all[k][pixel]); });
+  }
+  static void put(depth_and_number& seen, depth_and_number key, bool is_alone) {
+    if (is_alone) {
+      seen = std::min(seen, key);
       return;
     }
-    const std::atomic_ref seen{nearest_[pixel]};
-    auto before = seen.load(std::memory_order_relaxed);
-    while (key < before && !seen.compare_exchange_weak(before, key, std::memory_order_relaxed)) {
+    const std::atomic_ref shared{seen};
+    auto before = shared.load(std::memory_order_relaxed);
+    while (key < before && !shared.compare_exchange_weak(before, key, std::memory_order_relaxed)) {
     }
   }
 
@@ -237,25 +254,27 @@ class painter {
     return own * light_on(facing, towards_eye(at.cast<float>()));
   }
 
-  [[nodiscard]] color color_at(index_t pixel) const {
-    const auto number = static_cast<std::uint32_t>(nearest_[pixel]);
+  /// `light`: what edges leave.
+  [[nodiscard]] color color_at(index_t pixel, float light) const {
+    const auto number = static_cast<std::uint32_t>(nearest_[0][pixel]);
     if (number >= all_.first_triangle) {
       const auto& own = drawing::of(all_.triangles, number);
-      return lit_triangle(*own.batch, number - own.first, pixel);
+      const color lit = lit_triangle(*own.batch, number - own.first, pixel);
+      return own.batch->lit ? color{light * lit} : lit;
     }
     if (number >= all_.first_line) {
       const auto& own = drawing::of(all_.lines, number);
-      return color_of(own.batch->colors, number - own.first);
+      return light * color_of(own.batch->colors, number - own.first);
     }
     if (!sums_.empty()) {
-      const auto& [red_green, blue_weight] = sums_[pixel];
+      const auto& [red_green, blue_weight] = sums_[0][pixel];
       if (const auto weight = float(blue_weight & 0xffffffffu); weight > 0)
         return color{float(red_green >> 32), float(red_green & 0xffffffffu),
-                     float(blue_weight >> 32)} /
-               weight;
+                     float(blue_weight >> 32)} *
+               (light / weight);
     }
     const auto& own = drawing::of(all_.points, number);
-    return lit_point(*own.batch, number - own.first);
+    return light * lit_point(*own.batch, number - own.first);
   }
 
   /// Adds up the splats that are hardly behind the nearest one.
@@ -264,13 +283,13 @@ class painter {
     const auto most = std::uint32_t(
         std::min<std::uint64_t>((1ull << 32) / (255ull * (all_.first_line + 1ull)), 16));
     if (most == 0 || all_.points.empty()) return;
-    sums_.resize(nearest_.size());
+    sums_.assign(nearest_.size(), std::vector<color_sum>(nearest_[0].size()));
     for (const auto& [batch, layer, place, first] : all_.points) {
       if (batch->opacity < 1) continue;
-      for_splats(*batch, by_, stride_, how_, [&, batch](index_t i, const splat& s) {
+      draw_splats(*batch, [&, batch](std::size_t mine, index_t i, const splat& s) {
         std::optional<std::array<std::uint64_t, 3>> own;
         for_pixels(s, by_, [&](index_t pixel, float share) {
-          const auto key = nearest_[pixel];
+          const auto key = nearest_[0][pixel];
           if (share > 1 || static_cast<std::uint32_t>(key) >= all_.first_line ||
               s.z - depth_of(key) > s.diameter)
             return;
@@ -280,67 +299,43 @@ class painter {
             for (int k = 0; k < 3; ++k) (*own)[k] = std::uint64_t(lit[k] + 0.5f);
           }
           const auto weight = std::uint64_t(1 + float(most - 1) * (1 - share));
-          auto& [red_green, blue_weight] = sums_[pixel];
-          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight, is_alone_);
-          add_to(blue_weight, (*own)[2] * weight << 32 | weight, is_alone_);
+          auto& [red_green, blue_weight] = sums_[mine][pixel];
+          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight, has_own_);
+          add_to(blue_weight, (*own)[2] * weight << 32 | weight, has_own_);
         });
       });
     }
+    gather(sums_, [](color_sum& to, const color_sum& from) {
+      to.red_green += from.red_green;
+      to.blue_weight += from.blue_weight;
+    });
   }
 
-  /// How much light is left where neighbours are nearer, by how much in relation to the distance.
-  [[nodiscard]] float edge_at(index_t pixel) const {
-    if (options_.edges == 0) return 1;
-    const auto number = static_cast<std::uint32_t>(nearest_[pixel]);
-    if (number >= all_.first_triangle && !drawing::of(all_.triangles, number).batch->lit) return 1;
-    const int width = by_.width, height = by_.height;
-    // Two pixels of a picture 720 high, and as many of a smaller one.
-    const int reach = std::max(2 * by_.fineness, int(std::lround(height / 360.0)));
-    const int x = int(pixel % width), y = int(pixel / width);
-    const float z = depth_of(nearest_[pixel]),
-                scale = by_.orthographic ? float(by_.fx) / float(width) : 1 / z;
-    const auto depth_beside = [&](int dx, int dy) {
-      const int u = x + reach * dx, v = y + reach * dy;
-      if (u < 0 || v < 0 || u >= width || v >= height) return z;
-      const auto key = nearest_[index_t(v) * width + u];
-      return key == nothing ? z : depth_of(key);
-    };
-    // By pairs of opposite neighbours, between which a slope is none.
-    constexpr std::array<std::array<int, 2>, 4> directions{{{1, 0}, {1, 1}, {0, 1}, {-1, 1}}};
-    float sum = 0;
-    for (const auto& [dx, dy] : directions) {
-      const float behind = 2 * z - depth_beside(dx, dy) - depth_beside(-dx, -dy);
-      // Beyond this, nearer is just nearer.
-      constexpr float most = 0.04f;
-      sum += std::clamp(behind * scale, 0.0f, most);
-    }
-    return 1 / (1 + float(options_.edges) * 12 * sum);
-  }
-
-  /// Lays what is transparent over the picture.
-  void lay_over(std::vector<color>& picture) {
-    std::vector<veil> veils(picture.size());
+  /// Adds up what is transparent.
+  void gather_veils() {
+    veils_.resize(nearest_[0].size());
     const auto draw_transparent = [&](const auto& batches, auto&& draw) {
       for (const auto& [batch, layer, place, first] : batches) {
         const double opacity = batch->opacity;
         if (opacity == 0 || opacity == 1) continue;
         draw(*batch, [&, opacity, opaqueness = opaqueness_of(opacity)](index_t pixel, float z,
                                                                        const color& own) {
-          if (!(z < depth_of(nearest_[pixel])) && nearest_[pixel] != nothing) return;
+          const auto key = nearest_[0][pixel];
+          if (!(z < depth_of(key)) && key != nothing) return;
           // Nearer ones count more, without an order.
           const double share = by_.nearest > 0 ? std::clamp(by_.nearest * 1e3 / z, 1e-2, 1e2) : 1;
           const auto weight = static_cast<std::uint64_t>(1 + 4096 * opacity * share * share);
-          auto& sum = veils[pixel];
-          add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f), is_alone_);
-          add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f), is_alone_);
-          add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f), is_alone_);
-          add_to(sum.weight, weight, is_alone_);
-          add_to(sum.opaqueness, opaqueness, is_alone_);
+          auto& sum = veils_[pixel];
+          add_to(sum.red, weight * std::uint64_t(own[0] + 0.5f), threads_ == 1);
+          add_to(sum.green, weight * std::uint64_t(own[1] + 0.5f), threads_ == 1);
+          add_to(sum.blue, weight * std::uint64_t(own[2] + 0.5f), threads_ == 1);
+          add_to(sum.weight, weight, threads_ == 1);
+          add_to(sum.opaqueness, opaqueness, threads_ == 1);
         });
       }
     };
     draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
-      for_splats(batch, by_, stride_, how_, [&](index_t i, const splat& s) {
+      draw_splats(batch, [&](std::size_t, index_t i, const splat& s) {
         const color own = lit_point(batch, i);
         for_pixels(s, by_, [&](index_t pixel, float share) {
           if (share <= 1) add(pixel, s.z, own);
@@ -357,24 +352,26 @@ class painter {
         add(pixel, z, lit_triangle(batch, i, pixel));
       });
     });
-    parallel_for(std::ssize(picture), how_, [&](index_t pixel) {
-      const auto& sum = veils[pixel];
-      if (sum.weight == 0) return;
-      const auto through = float(std::exp2(-double(sum.opaqueness) / opaqueness_unit));
-      const color mean =
-          color{float(sum.red), float(sum.green), float(sum.blue)} / float(sum.weight);
-      picture[pixel] = through * picture[pixel] + (1 - through) * mean;
-    });
+  }
+  [[nodiscard]] static color behind_veil(const veil& sum, const color& own) {
+    if (sum.weight == 0) return own;
+    const auto through = float(std::exp2(-double(sum.opaqueness) / opaqueness_unit));
+    const color mean = color{float(sum.red), float(sum.green), float(sum.blue)} / float(sum.weight);
+    return through * own + (1 - through) * mean;
   }
 
   const drawing& all_;
   const projector& by_;
   const render_options& options_;
   execution how_;
-  bool is_alone_;   ///< Whether there is one thread only.
-  index_t stride_;  ///< One of so many points is drawn.
-  std::vector<depth_and_number> nearest_;
-  std::vector<color_sum> sums_;  ///< Of each pixel, where splats are mixed.
+  int threads_;
+  /// Whether each thread has pixels of its own, which takes memory; many threads disturb each other
+  /// little in the same.
+  bool has_own_ = threads_ <= 4;
+  index_t stride_;                                      ///< One of so many points is drawn.
+  std::vector<std::vector<depth_and_number>> nearest_;  ///< The first one is that of all.
+  std::vector<std::vector<color_sum>> sums_;            ///< The same, where splats are mixed.
+  std::vector<veil> veils_;                             ///< Where anything is transparent.
 };
 
 struct picture_size {
@@ -413,21 +410,8 @@ image<rgb> render(const scene& all, const view& from, const render_options& opti
   };
   paint.find_nearest();
   report(0.5);
-  const auto colors = paint.colors();
+  image<rgb> picture = paint.picture();
   report(0.9);
-
-  image<rgb> picture(width, height);
-  parallel_for(height, {.threads = options.threads}, [&](index_t y) {
-    for (int x = 0; x < width; ++x) {
-      color sum = color::Zero();
-      for (int v = 0; v < fine; ++v)
-        for (int u = 0; u < fine; ++u)
-          sum += colors[(y * fine + v) * by.width + index_t(x) * fine + u];
-      sum /= float(fine * fine);
-      for (int k = 0; k < 3; ++k)
-        picture(x, int(y))[k] = static_cast<std::uint8_t>(std::clamp(sum[k], 0.0f, 255.0f) + 0.5f);
-    }
-  });
   draw_overlay(picture, all, projector{from, width, height, 1}, options);
   report(1);
   return picture;

@@ -38,7 +38,7 @@ export struct render_options {
 /// thousandth of the distance of a perspective view is not seen. Throws `invalid_input` for options
 /// that make no sense, for pictures with sides of more than 32768 or more than 2²⁶ pixels, each of
 /// which supersampling makes several, and for more than 2³² − 2 things to draw; `cancelled`. Time
-/// grows with the things and the pixels that each covers; memory is 12 to 76 bytes for each pixel.
+/// grows with the things and the pixels that each covers; memory is 15 to 143 bytes for each pixel.
 /// Source of the transparency: McGuire & Bavoil 2013, "Weighted blended order-independent
 /// transparency".
 export [[nodiscard]] image<rgb> render(const scene& all, const view& from,

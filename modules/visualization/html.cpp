@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -116,13 +117,19 @@ class page_content {
           << double(batch.triangles.cols());
     *this << R"(,"each":{"color":)" << (batch.colors.cols() > 1 ? "true" : "false")
           << R"(,"normal":)" << (batch.normals.cols() > 0 ? "true" : "false") << "}";
+    *this << R"(,"isLit":)" << (batch.lit ? "true" : "false");
+    if (batch.texture)
+      *this << R"(,"texture":{"width":)" << batch.texture->width() << R"(,"height":)"
+            << batch.texture->height() << "}";
     add_common(batch);
     bytes data;
     append_values(data, batch.points);
     append_values(data, batch.triangles);
     if (batch.colors.cols() > 1) append_values(data, batch.colors);
     if (batch.normals.cols() > 0) append_values(data, batch.normals);
+    if (batch.texture) append_values(data, batch.texture_places);
     streams_.push_back(packed(data));
+    if (batch.texture) streams_.push_back(packed_pixels(*batch.texture));
   }
   void add(const label& one) {
     *this << R"({"text":)";
@@ -195,7 +202,12 @@ void expect_page_size(const scene& all) {
   for (const auto& layer : all.layers()) {
     for (const auto& batch : layer.content->points()) points += batch.points.cols();
     for (const auto& batch : layer.content->lines()) others += batch.segments.cols();
-    for (const auto& batch : layer.content->triangles()) others += batch.triangles.cols();
+    for (const auto& batch : layer.content->triangles()) {
+      others += batch.triangles.cols();
+      expects(!batch.texture || std::max(batch.texture->width(), batch.texture->height()) <= 8192,
+              "write_html: a page holds textures and images up to 8192 pixels wide and high: make "
+              "them smaller");
+    }
   }
   constexpr index_t most = 10'000'000;
   expects(

@@ -13,6 +13,7 @@ module;
 #include <array>
 #include <bit>
 #include <cmath>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -51,6 +52,15 @@ inline std::uint32_t folded(std::uint32_t difference) {
 inline void to_differences(std::span<std::uint32_t> values) {
   std::uint32_t before = 0;
   for (std::uint32_t& value : values) value = folded(value - std::exchange(before, value));
+}
+
+/// Appends the lowest byte of how much more than the one before a value is.
+void append_differences(bytes& to, const auto& things, auto&& value_of) {
+  std::uint32_t before = 0;
+  for (const auto& thing : things) {
+    const std::uint32_t value = value_of(thing);
+    to.push_back(static_cast<unsigned char>(value - std::exchange(before, value)));
+  }
 }
 
 inline std::string in_base64(const bytes& data) {
@@ -201,13 +211,7 @@ inline std::string packed_points(const point_batch& batch, const grid& on, const
                                  std::span<const index_t> order) {
   bytes data;
   std::vector<std::uint32_t> values(order.size());
-  const auto append_bytes = [&](auto&& value_of) {
-    std::uint32_t before = 0;
-    for (const index_t i : order) {
-      const std::uint32_t value = value_of(i);
-      data.push_back(static_cast<unsigned char>(value - std::exchange(before, value)));
-    }
-  };
+  const auto append_bytes = [&](auto&& value_of) { append_differences(data, order, value_of); };
   for (int k = 0; k < 3; ++k) {
     std::ranges::transform(order, values.begin(),
                            [&](index_t i) { return on.at(batch.points(k, i), k); });
@@ -230,21 +234,29 @@ inline std::string packed_points(const point_batch& batch, const grid& on, const
   return packed(data);
 }
 
-/// Columns of floats as their bits, and of indices as differences: 4 bytes each.
-inline void append_values(bytes& to, const Eigen::Matrix3Xf& columns) {
-  std::vector<std::uint32_t> values;
-  for (const float value : columns.reshaped())
-    values.push_back(std::bit_cast<std::uint32_t>(value));
-  append_planes(to, values, 4);
+/// Colours of pixels, row by row, as those of points.
+inline std::string packed_pixels(const image<rgb>& pixels) {
+  bytes data;
+  const auto append = [&](auto&& value_of) { append_differences(data, pixels.pixels(), value_of); };
+  append([](const rgb& pixel) { return std::uint32_t{pixel[1]}; });
+  append([](const rgb& pixel) { return std::uint32_t{pixel[0]} - pixel[1]; });
+  append([](const rgb& pixel) { return std::uint32_t{pixel[2]} - pixel[1]; });
+  return packed(data);
 }
-inline void append_values(bytes& to, const auto& indices) {
-  std::vector<std::uint32_t> values;
-  for (const int index : indices.reshaped()) values.push_back(static_cast<std::uint32_t>(index));
-  to_differences(values);
-  append_planes(to, values, 4);
-}
-inline void append_values(bytes& to, const color_matrix& colors) {
-  to.insert(to.end(), colors.data(), colors.data() + colors.size());
+
+/// Columns of floats as their bits, of indices as differences, 4 bytes each; of colours as they
+/// are.
+template <class Columns>
+void append_values(bytes& to, const Columns& columns) {
+  using value = typename Columns::Scalar;
+  if constexpr (std::same_as<value, std::uint8_t>) {
+    to.insert(to.end(), columns.data(), columns.data() + columns.size());
+  } else {
+    std::vector<std::uint32_t> values;
+    for (const value one : columns.reshaped()) values.push_back(std::bit_cast<std::uint32_t>(one));
+    if constexpr (std::integral<value>) to_differences(values);
+    append_planes(to, values, 4);
+  }
 }
 
 }  // namespace cilantro

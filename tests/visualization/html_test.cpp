@@ -264,6 +264,36 @@ TEST_CASE("lines and triangles are in a page to the bit") {
   CHECK(ends.sums(4, 4) == std::vector<std::uint32_t>{0, 1, 2, 3});
 }
 
+TEST_CASE("an image is in a page pixel by pixel") {
+  const test::temporary_folder folder;
+  image<rgb> picture(5, 4);
+  for (int i = 0; i < 20; ++i)
+    picture(i % 5, i / 5) = {std::uint8_t(13 * i), std::uint8_t(255 - i), std::uint8_t(7 * i * i)};
+  write_html(scene{}.set("image", picture), folder / "page.html");
+  const page made{folder / "page.html"};
+  const auto& triangles = made.scene["layers"][0]["triangles"][0];
+  CHECK(triangles["isLit"] == false);
+  CHECK(triangles["texture"]["width"] == 5);
+  CHECK(triangles["texture"]["height"] == 4);
+  REQUIRE(made.streams.size() == 2);
+  reader mesh{made.streams[0]};
+  const auto points = mesh.floats(12);
+  CHECK(mesh.sums(6, 4).size() == 6);
+  const auto places = mesh.floats(8);
+  CHECK(mesh.is_at_end());
+  // The middle of pixel (x, y) is at (x, -y).
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(places[2 * i] == doctest::Approx(points[3 * i] + double(triangles["origin"][0])));
+    CHECK(places[2 * i + 1] ==
+          doctest::Approx(-points[3 * i + 1] - double(triangles["origin"][1])));
+  }
+  reader pixels{made.streams[1]};
+  const auto green = pixels.byte_sums(20), red = pixels.byte_sums(20), blue = pixels.byte_sums(20);
+  for (std::size_t i = 0; i < 20; ++i)
+    CHECK(rgb{std::uint8_t(red[i] + green[i]), green[i], std::uint8_t(blue[i] + green[i])} ==
+          picture(int(i % 5), int(i / 5)));
+}
+
 TEST_CASE("names and texts stay texts, whatever they are") {
   const test::temporary_folder folder;
   const std::string hostile = "</script><script>alert('\\\"')</script>\n\x01<!-- &amp; µ";

@@ -38,6 +38,8 @@ void canvas::add(point_batch batch) {
   expect_batch(batch, n, "canvas: points need one colour for all, or one each");
   expects(batch.normals.cols() == 0 || batch.normals.cols() == n,
           "canvas: points need as many normals, or none");
+  expects(!batch.along_normals || batch.normals.cols() == n,
+          "canvas: splats along normals need normals");
   expects(batch.size.sizes.size() == 1 || batch.size.sizes.size() == n,
           "canvas: points need one size for all, or one each");
   expects(batch.size.sizes.size() == 0 ||

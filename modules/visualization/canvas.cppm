@@ -36,6 +36,10 @@ export struct point_batch {
   Eigen::Matrix3Xf normals = {};  ///< `3 × N`, to light the points by; or no columns.
   point_size size = {};           ///< Of the splats.
   double opacity = 1;             ///< From 0, which shows nothing, to 1.
+  bool lit = true;                ///< Whether points with normals are lit from the eye.
+  /// Whether a splat is a disc across its normal, which is thin from the side; otherwise it is
+  /// round from all sides. Needs normals; a point whose normal is zero or not finite stays round.
+  bool along_normals = false;
 };
 
 /// Straight lines to draw.
@@ -90,9 +94,9 @@ export class canvas {
 
   /// Each throws `invalid_input` for colours, normals or sizes that are not as many as their kind
   /// allows, for indices that are not those of points, for sizes, widths and origins that make no
-  /// sense, for opacities beyond 0 and 1, and for a texture without pixels, without a finite place
-  /// for each point, or beside a colour for each. A label at a place that is not finite is left
-  /// out.
+  /// sense, for splats along normals that there are not, for opacities beyond 0 and 1, and for a
+  /// texture without pixels, without a finite place for each point, or beside a colour for each. A
+  /// label at a place that is not finite is left out.
   void add(point_batch batch);
   void add(line_batch batch);
   void add(triangle_batch batch);

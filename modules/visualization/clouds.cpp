@@ -172,7 +172,9 @@ void draw_points(points_to_draw all, canvas& on, const cloud_look& look) {
   batch.size = std::visit(sizer{all.points, look.threads}, look.size);
   batch.opacity = look.opacity;
   batch.origin = all.origin;
-  if (look.lit) batch.normals = std::move(all.normals);
+  batch.lit = look.lit;
+  batch.along_normals = look.along_normals && all.normals.cols() > 0;
+  if (look.lit || look.along_normals) batch.normals = std::move(all.normals);
   batch.points = std::move(all.points);
   if (batch.points.cols() == 0) batch.colors = one_color({200, 200, 200});
   on.add(std::move(batch));

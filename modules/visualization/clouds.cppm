@@ -62,6 +62,9 @@ export struct cloud_look {
   point_coloring color = own_colors{};  ///< Of the points.
   splat_size size = local_spacing{};    ///< Of the splats.
   bool lit = true;                      ///< Whether points with normals are lit from the eye.
+  /// Whether splats of points with normals are discs across these, which make smoother surfaces and
+  /// sharper borders; without normals, and otherwise, they are round from all sides.
+  bool along_normals = true;
   double opacity = 1;  ///< Of each splat, and several lie on each other: from 0 to 1.
   int threads = 0;     ///< For `local_spacing`.
 };

@@ -90,6 +90,8 @@ class page_content {
     *this << R"(,"isLength":)" << (batch.size.in == point_size::unit::length ? "true" : "false");
     *this << R"(,"sizes":)";
     list(std::array{sizes.low, sizes.high});
+    *this << R"(,"isLit":)" << (batch.lit ? "true" : "false") << R"(,"alongNormals":)"
+          << (batch.along_normals ? "true" : "false");
     *this << R"(,"each":{"size":)" << (batch.size.sizes.size() > 1 ? "true" : "false");
     *this << R"(,"color":)" << (batch.colors.cols() > 1 ? "true" : "false") << R"(,"normal":)"
           << (batch.normals.cols() > 0 ? "true" : "false") << "}";

@@ -166,6 +166,38 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
   }
 }
 
+/// Calls `f(pixel, share, z)` for each pixel of a splat that is a disc across a normal, or the one
+/// pixel of one that is seen from the side: with the squared distance in its plane as a share of
+/// the squared radius, and the depth there. Precondition: the normal is finite and not zero.
+template <class F>
+void for_pixels(const splat& s, const Eigen::Vector3f& normal, const projector& by, F&& f) {
+  const float fx = float(by.fx), fy = float(by.fy), cx = float(by.cx), cy = float(by.cy);
+  const float scale = by.orthographic ? 1 : s.z;
+  const Eigen::Vector3f middle{(s.x - cx) / fx * scale, (s.y - cy) / fy * scale, s.z};
+  const float along = normal.dot(middle), square = s.diameter * s.diameter / 4;
+  // Near the border of a picture, the picture of a disc is longer than that of one in its middle.
+  const float reach = 1.25f * s.radius;
+  const int y_begin = std::max(ceil_of(s.y - reach), 0);
+  const int y_end = std::min(floor_of(s.y + reach), by.height - 1);
+  const int x_begin = std::max(ceil_of(s.x - reach), 0);
+  const int x_end = std::min(floor_of(s.x + reach), by.width - 1);
+  for (int y = y_begin; y <= y_end; ++y)
+    for (int x = x_begin; x <= x_end; ++x) {
+      Eigen::Vector3f at{(float(x) - cx) / fx, (float(y) - cy) / fy, 1};
+      if (by.orthographic)
+        at.z() = (along - normal.x() * at.x() - normal.y() * at.y()) / normal.z();
+      else
+        at *= along / normal.dot(at);
+      float share = (at - middle).squaredNorm() / square, z = at.z();
+      if (!(share <= 1)) {
+        const float dx = float(x) - s.x, dy = float(y) - s.y;
+        share = 4 * (dx * dx + dy * dy);
+        z = s.z;
+      }
+      if (share <= 1) f(index_t(y) * by.width + x, share, z);
+    }
+}
+
 /// Lines are drawn nearer by this, so that they are seen on a surface.
 constexpr double line_lift = 1 - 1e-3;
 

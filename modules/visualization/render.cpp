@@ -103,11 +103,17 @@ class painter {
   void find_nearest() {
     for (const auto& [batch, layer, place, first] : all_.points)
       if (batch->opacity == 1)
-        draw_splats(*batch, [&, first](std::size_t mine, index_t i, const splat& s) {
-          const auto key = key_of(s.z, first + static_cast<std::uint32_t>(i));
-          for_pixels(s, by_, [&](index_t pixel, float share) {
-            put(nearest_[mine][pixel], share <= 1 ? key : nothing, has_own_);
-          });
+        draw_splats(*batch, [&, batch, first](std::size_t mine, index_t i, const splat& s) {
+          const auto number = first + static_cast<std::uint32_t>(i);
+          const auto key = key_of(s.z, number);
+          if (const auto normal = disc_normal(*batch, i))
+            for_pixels(s, *normal, by_, [&](index_t pixel, float, float z) {
+              put(nearest_[mine][pixel], key_of(z, number), has_own_);
+            });
+          else
+            for_pixels(s, by_, [&](index_t pixel, float share) {
+              put(nearest_[mine][pixel], share <= 1 ? key : nothing, has_own_);
+            });
         });
     gather(nearest_, [](depth_and_number& to, depth_and_number from) { to = std::min(to, from); });
     const auto draw_opaque = [&](const auto& batches) {
@@ -175,6 +181,23 @@ class painter {
         draw(0);
     });
   }
+  /// In the camera's coordinates; nothing if a splat is round.
+  [[nodiscard]] std::optional<Eigen::Vector3f> disc_normal(const point_batch& batch,
+                                                           index_t i) const {
+    if (!batch.along_normals) return std::nullopt;
+    const auto own = batch.normals.col(i);
+    if (!is_finite(own) || own.isZero(0)) return std::nullopt;
+    return by_.to_camera.cast<float>() * own;
+  }
+  /// Calls `f(pixel, share, z)` for the pixels of a splat.
+  void for_covered(const point_batch& batch, index_t i, const splat& s, auto&& f) const {
+    if (const auto normal = disc_normal(batch, i))
+      for_pixels(s, *normal, by_, f);
+    else
+      for_pixels(s, by_, [&](index_t pixel, float share) {
+        if (share <= 1) f(pixel, share, s.z);
+      });
+  }
   /// What threads have in their own places, in the first one.
   template <class T>
   void gather(std::vector<std::vector<T>>& all, auto&& add) {
@@ -195,7 +218,7 @@ class painter {
 
   [[nodiscard]] color lit_point(const point_batch& batch, index_t i) const {
     color own = color_of(batch.colors, i);
-    if (batch.normals.cols() == 0) return own;
+    if (batch.normals.cols() == 0 || !batch.lit) return own;
     const batch_placement place{by_, batch.origin};
     return own *
            light_on(place.linear * batch.normals.col(i), towards_eye(place(batch.points.col(i))));
@@ -288,10 +311,9 @@ class painter {
       if (batch->opacity < 1) continue;
       draw_splats(*batch, [&, batch](std::size_t mine, index_t i, const splat& s) {
         std::optional<std::array<std::uint64_t, 3>> own;
-        for_pixels(s, by_, [&](index_t pixel, float share) {
+        for_covered(*batch, i, s, [&](index_t pixel, float share, float z) {
           const auto key = nearest_[0][pixel];
-          if (share > 1 || static_cast<std::uint32_t>(key) >= all_.first_line ||
-              s.z - depth_of(key) > s.diameter)
+          if (static_cast<std::uint32_t>(key) >= all_.first_line || z - depth_of(key) > s.diameter)
             return;
           if (!own) {
             const color lit = lit_point(*batch, i);
@@ -337,9 +359,7 @@ class painter {
     draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
       draw_splats(batch, [&](std::size_t, index_t i, const splat& s) {
         const color own = lit_point(batch, i);
-        for_pixels(s, by_, [&](index_t pixel, float share) {
-          if (share <= 1) add(pixel, s.z, own);
-        });
+        for_covered(batch, i, s, [&](index_t pixel, float, float z) { add(pixel, z, own); });
       });
     });
     draw_transparent(all_.lines, [&](const line_batch& batch, const auto& add) {

@@ -137,6 +137,60 @@ TEST_CASE("what is nearer hides what is farther, in whatever order") {
 }
 
 TEST_CASE(
+    "a disc across its normal is round from the front, thin from the side, and at its depth") {
+  point_batch disc{.points = Eigen::Vector3f::Zero(), .colors = one_color(red)};
+  disc.size = {point_size::unit::length, Eigen::VectorXf::Constant(1, 0.8f)};
+  disc.along_normals = true;
+  const auto area = [&](const Eigen::Vector3f& normal) {
+    disc.normals = normal;
+    disc.lit = false;
+    return count(render(scene{}.set("disc", disc), from_above(), plain()), red);
+  };
+  // 80 pixels across, from the front and at a slant.
+  CHECK(area({0, 0, 1}) == doctest::Approx(std::numbers::pi * 1600).epsilon(0.01));
+  CHECK(area({0, 0, -7}) == area({0, 0, 1}));
+  CHECK(area({0.8f, 0, 0.6f}) == doctest::Approx(0.6 * std::numbers::pi * 1600).epsilon(0.02));
+  // From the side, what is left is the pixel in its middle; without a normal it is round.
+  CHECK(area({1, 0, 0}) == 1);
+  CHECK(area({0, 0, 0}) == doctest::Approx(std::numbers::pi * 1600).epsilon(0.01));
+  CHECK(area(Eigen::Vector3f::Constant(float(not_a_number))) == area({0, 0, 0}));
+
+  disc.normals = Eigen::Vector3f{-1, 0, 1};
+  for (const bool parallel : {false, true}) {
+    view v = from_above();
+    v.orthographic = parallel;
+    if (parallel) v.camera.fx = v.camera.fy = 100;
+    const auto found = pick(scene{}.set("disc", disc), v, 115, 80);
+    REQUIRE(found);
+    CHECK(found->place.z() == doctest::Approx(found->place.x()).epsilon(1e-4));
+    CHECK(found->place.x() > 0.13);
+  }
+
+  // What it hides begins where it is nearer.
+  point_batch behind = one_point(0.2, 0, 0.1, green, 1);
+  CHECK(count(render(scene{}.set("disc", disc).set("behind", behind), from_above(), plain()),
+              green) == 0);
+  behind = one_point(-0.2, 0, 0.1, green, 1);
+  CHECK(count(render(scene{}.set("disc", disc).set("behind", behind), from_above(), plain()),
+              green) == 1);
+
+  disc.normals.resize(3, 0);
+  CHECK_THROWS_AS(scene{}.set("disc", disc), invalid_input);
+}
+
+TEST_CASE("a cloud with normals is drawn by discs unless it is not wanted") {
+  point_cloud<float, 3> cloud{.points = Eigen::Vector3f::Zero(),
+                              .normals = Eigen::Vector3f::UnitX()};
+  cloud_look look{.color = red, .size = splat_length{0.8}, .lit = false};
+  CHECK(count(render(scene{}.set("cloud", cloud, look), from_above(), plain()), red) == 1);
+  look.along_normals = false;
+  CHECK(count(render(scene{}.set("cloud", cloud, look), from_above(), plain()), red) > 4900);
+  cloud.normals.resize(3, 0);
+  look.along_normals = true;
+  CHECK(count(render(scene{}.set("cloud", cloud, look), from_above(), plain()), red) > 4900);
+}
+
+TEST_CASE(
     "within a budget fewer points are drawn, which are larger, so that a surface stays closed") {
   constexpr int side = 240;
   point_batch grid{.colors = one_color(red)};

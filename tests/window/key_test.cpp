@@ -17,7 +17,7 @@ namespace {
 const window_options options{.title = "keys", .width = 500, .height = 400};
 
 std::string press(const std::string& keys) {
-  return at_window("keys") + "mousemove --window %1 200 200 key --delay 20 " + keys;
+  return at_window("keys") + "mousemove --window %1 200 200 key --window 0 --delay 20 " + keys;
 }
 
 }  // namespace
@@ -37,7 +37,8 @@ TEST_CASE("o makes rays parallel, and what is looked at keeps its size, there an
   REQUIRE(eventually([&] { return w.seen().orthographic; }, w));
   CHECK(w.seen().camera.fx * first.distance == doctest::Approx(first.camera.fx));
   CHECK(eventually([&] { return is_on_screen(w); }, w));
-  REQUIRE(while_person_does(w, at_window("keys") + "mousemove --window %1 200 200 click 4"));
+  REQUIRE(
+      while_person_does(w, at_window("keys") + "mousemove --window %1 200 200 click --window 0 4"));
   REQUIRE(while_person_does(w, press("o")));
   REQUIRE(eventually([&] { return !w.seen().orthographic; }, w));
   CHECK(are_same(w.seen(), zoom(first, 1.1)));

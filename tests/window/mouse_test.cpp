@@ -25,9 +25,10 @@ std::string drag(int button, int right, int down, const std::string& held = "") 
     return "mousemove --window %1 " + std::to_string(x) + " " + std::to_string(y) + " ";
   };
   const std::string number = std::to_string(button);
-  return at_window("mouse") + at(300, 300) + (held.empty() ? "" : "keydown " + held + " ") +
-         "mousedown " + number + " " + at(300 + right / 2, 300 + down) +
-         at(300 + right, 300 + down) + "mouseup " + number + (held.empty() ? "" : " keyup " + held);
+  return at_window("mouse") + at(300, 300) +
+         (held.empty() ? "" : "keydown --window 0 " + held + " ") + "mousedown --window 0 " +
+         number + " " + at(300 + right / 2, 300 + down) + at(300 + right, 300 + down) +
+         "mouseup --window 0 " + number + (held.empty() ? "" : " keyup --window 0 " + held);
 }
 
 }  // namespace
@@ -57,10 +58,11 @@ TEST_CASE("a drag with the right button, or with shift, moves what is seen along
 TEST_CASE("the wheel makes it a tenth larger, or smaller") {
   window w{some_scene(), wide};
   const view first = w.seen();
-  REQUIRE(
-      while_person_does(w, at_window("mouse") + "mousemove --window %1 300 300 click 4 click 4"));
+  REQUIRE(while_person_does(
+      w,
+      at_window("mouse") + "mousemove --window %1 300 300 click --window 0 4 click --window 0 4"));
   CHECK(eventually([&] { return are_same(w.seen(), zoom(first, 1.1 * 1.1)); }, w));
-  REQUIRE(while_person_does(w, at_window("mouse") + "click 5 click 5"));
+  REQUIRE(while_person_does(w, at_window("mouse") + "click --window 0 5 click --window 0 5"));
   CHECK(eventually([&] { return are_same(w.seen(), first); }, w));
 }
 
@@ -69,8 +71,8 @@ TEST_CASE("a wheel that is turned during a drag does not end it") {
   const view first = w.seen();
   REQUIRE(while_person_does(
       w, at_window("mouse") +
-             "mousemove --window %1 300 300 mousedown 1 mousemove --window %1 350 300 "
-             "click 4 mousemove --window %1 400 300 mouseup 1"));
+             "mousemove --window %1 300 300 mousedown --window 0 1 mousemove --window %1 350 300 "
+             "click 4 mousemove --window %1 400 300 mouseup --window 0 1"));
   const view then = orbit(zoom(orbit(first, {.right = -0.05 * pi}), 1.1), {.right = -0.05 * pi});
   CHECK(eventually([&] { return are_same(w.seen(), then); }, w));
 }
@@ -81,7 +83,8 @@ TEST_CASE("a click says what was clicked, and turns nothing") {
   std::optional<picked> found;
   w.on_pick([&](const picked& what) { found = what; });
   REQUIRE(eventually([&] { return is_on_screen(w); }, w));
-  REQUIRE(while_person_does(w, at_window("mouse") + "mousemove --window %1 480 310 click 1"));
+  REQUIRE(while_person_does(
+      w, at_window("mouse") + "mousemove --window %1 480 310 click --window 0 1"));
   REQUIRE(eventually([&] { return found.has_value(); }, w));
   const auto expected = pick(w.current(), first, 480, 310);
   REQUIRE(expected);
@@ -94,7 +97,8 @@ TEST_CASE("a click says what was clicked, and turns nothing") {
   found.reset();
   bool is_handled = false;
   w.on(key::x, [&] { is_handled = true; });
-  REQUIRE(while_person_does(w, at_window("mouse") + "mousemove --window %1 5 590 click 1 key x"));
+  REQUIRE(while_person_does(
+      w, at_window("mouse") + "mousemove --window %1 5 590 click --window 0 1 key --window 0 x"));
   REQUIRE(eventually([&] { return is_handled; }, w));
   CHECK(!found);
 }
@@ -105,7 +109,8 @@ TEST_CASE("a double click brings what was clicked into the middle, where it is t
   REQUIRE(clicked);
   const view first = w.seen();
   REQUIRE(while_person_does(
-      w, at_window("mouse") + "mousemove --window %1 560 330 click --repeat 2 --delay 20 1"));
+      w, at_window("mouse") +
+             "mousemove --window %1 560 330 click --window 0 --repeat 2 --delay 20 1"));
   const auto error = [&] {
     const view now = w.seen();
     return (now.eye() + now.distance * now.ahead() - clicked->place).norm();
@@ -117,8 +122,9 @@ TEST_CASE("a double click brings what was clicked into the middle, where it is t
 TEST_CASE("what a callback throws comes from update, and the window goes on") {
   window w{some_scene(), wide};
   w.on_pick([](const picked&) { throw std::runtime_error{"not this one"}; });
-  REQUIRE(person_does(at_window("mouse") +
-                      "mousemove --window %1 480 310 click 1 mousemove --window %1 490 320"));
+  REQUIRE(person_does(
+      at_window("mouse") +
+      "mousemove --window %1 480 310 click --window 0 1 mousemove --window %1 490 320"));
   std::string said;
   CHECK(eventually([&] {
     try {

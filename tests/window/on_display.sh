@@ -10,7 +10,8 @@ folder=$(mktemp -d)
 server=
 trap '[ -z "$server" ] || kill "$server"; wait; rm -rf "$folder"' EXIT
 mkfifo "$folder/number"
-Xvfb -displayfd 3 -screen 0 1800x1000x24 -fbdir "$folder" -nolisten tcp 3> "$folder/number" 2> "$folder/log" &
+# Otherwise it begins anew, and refuses who comes meanwhile, whenever the last window is gone.
+Xvfb -noreset -displayfd 3 -screen 0 1800x1000x24 -fbdir "$folder" -nolisten tcp 3> "$folder/number" 2> "$folder/log" &
 server=$!
 read -r number < "$folder/number" || { cat "$folder/log"; exit 1; }
 DISPLAY=:$number CILANTRO_SCREEN=$folder/Xvfb_screen0 LIBGL_ALWAYS_SOFTWARE=1 "$@"

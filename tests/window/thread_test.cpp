@@ -50,7 +50,7 @@ TEST_CASE("a scene from another thread ends a wait") {
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
     w.show(some_scene());
     std::this_thread::sleep_for(std::chrono::milliseconds{300});
-    person_does(at_window("threads") + "mousemove --window %1 100 100 key q");
+    person_does(at_window("threads") + "mousemove --window %1 100 100 key --window 0 q");
   }};
   w.wait();
   CHECK(w.current().layers().size() == 3);
@@ -104,7 +104,7 @@ TEST_CASE("a window that waits leaves the processor alone") {
     const double before = processor_seconds();
     std::this_thread::sleep_for(std::chrono::seconds{2});
     used = processor_seconds() - before;
-    person_does(at_window("threads") + "mousemove --window %1 100 100 key q");
+    person_does(at_window("threads") + "mousemove --window %1 100 100 key --window 0 q");
   }};
   w.wait();
   MESSAGE("processor seconds in two seconds: ", used);

@@ -21,7 +21,7 @@ using namespace cilantro;
 /// Moves the mouse and presses keys as a person would, by xdotool. %1 is the window that was found
 /// last.
 export bool person_does(const std::string& what) {
-  return std::system(("xdotool " + what + " > /dev/null").c_str()) == 0;
+  return std::system(("timeout 60 xdotool " + what + " > /dev/null").c_str()) == 0;
 }
 /// Finds the window of that title, once it is there.
 export std::string at_window(const std::string& title) {
@@ -105,7 +105,7 @@ export bool are_same(const view& a, const view& b, double tolerance = 1e-9) {
 /// Runs what opens a window, and meanwhile closes it by a key.
 export void person_closes(const std::string& title, auto&& opens) {
   auto done = std::async(std::launch::async, [&] {
-    return person_does(at_window(title) + "mousemove --window %1 100 100 key q");
+    return person_does(at_window(title) + "mousemove --window %1 100 100 key --window 0 q");
   });
   opens();
   done.get();
@@ -113,6 +113,7 @@ export void person_closes(const std::string& title, auto&& opens) {
 
 /// Asks a window to close, as a desktop does when its cross is clicked.
 export bool desktop_closes(const std::string& title) {
-  return std::system(("python3 -B " CILANTRO_CLOSE_WINDOW " $(xdotool " + at_window(title) + ")")
-                         .c_str()) == 0;
+  return std::system(
+             ("python3 -B " CILANTRO_CLOSE_WINDOW " $(timeout 60 xdotool " + at_window(title) + ")")
+                 .c_str()) == 0;
 }

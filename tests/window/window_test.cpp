@@ -99,7 +99,8 @@ TEST_CASE("a window may be moved, and keeps what it was told") {
   all.erase(all.begin());
   bool is_pressed = false;
   all[0].on(key::s, [&] { is_pressed = true; });
-  REQUIRE(while_person_does(all[0], at_window("moved") + "mousemove --window %1 100 100 key s"));
+  REQUIRE(while_person_does(all[0],
+                            at_window("moved") + "mousemove --window %1 100 100 key --window 0 s"));
   CHECK(eventually([&] { return is_pressed; }, all[0]));
 }
 

@@ -40,30 +40,38 @@ namespace cilantro {
 class glfw_use {
  public:
   glfw_use() {
-    const std::scoped_lock lock{mutex_};
-    expects(count_ == 0 || owner_ == std::this_thread::get_id(),
+    auto& all = shared();
+    const std::scoped_lock lock{all.mutex};
+    expects(all.count == 0 || all.owner == std::this_thread::get_id(),
             "window: all windows belong to the thread that made the first of them");
-    if (count_ == 0) {
+    if (all.count == 0) {
       glfwGetError(nullptr);
       glfwGetTimerFrequency();
-      is_foreign_ = glfwGetError(nullptr) == GLFW_NO_ERROR;
+      all.is_of_the_program = glfwGetError(nullptr) == GLFW_NO_ERROR;
       if (glfwInit() != GLFW_TRUE) throw_window_error("GLFW does not start");
-      owner_ = std::this_thread::get_id();
+      all.owner = std::this_thread::get_id();
     }
-    ++count_;
+    ++all.count;
   }
   glfw_use(const glfw_use&) = delete;
   glfw_use& operator=(const glfw_use&) = delete;
   ~glfw_use() {
-    const std::scoped_lock lock{mutex_};
-    if (--count_ == 0 && !is_foreign_) glfwTerminate();
+    auto& all = shared();
+    const std::scoped_lock lock{all.mutex};
+    if (--all.count == 0 && !all.is_of_the_program) glfwTerminate();
   }
 
  private:
-  inline static std::mutex mutex_;
-  inline static int count_ = 0;
-  inline static std::thread::id owner_;
-  inline static bool is_foreign_ = false;  ///< The program uses GLFW, too, and ends it itself.
+  struct uses {
+    std::mutex mutex;
+    int count = 0;
+    std::thread::id owner;
+    bool is_of_the_program = false;  ///< Which has begun to use GLFW itself, and ends it.
+  };
+  static uses& shared() {
+    static uses all;
+    return all;
+  }
 };
 
 using event_time = std::chrono::steady_clock::time_point;
@@ -225,7 +233,7 @@ class desktop_window {
   [[nodiscard]] std::optional<window_event> take_event() {
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     if (events_.empty()) return std::nullopt;
-    auto first = std::move(events_.front());
+    const auto first = events_.front();
     events_.pop_front();
     return first;
   }
@@ -250,13 +258,13 @@ class desktop_window {
   static desktop_window& of(GLFWwindow* handle) {
     return *static_cast<desktop_window*>(glfwGetWindowUserPointer(handle));
   }
-  void note(window_event what) noexcept {
+  void note(const window_event& what) noexcept {
     try {
       // Where the mouse was on its way says nothing.
       if (!events_.empty() && std::holds_alternative<mouse_moved>(what) &&
           std::holds_alternative<mouse_moved>(events_.back()))
         events_.pop_back();
-      events_.push_back(std::move(what));
+      events_.push_back(what);
     } catch (...) {
       failure_ = std::current_exception();
     }

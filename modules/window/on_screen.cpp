@@ -285,9 +285,10 @@ class window::screen {
   void hide_or_show(index_t number) {
     const auto layers = current().layers();
     if (number >= std::ssize(layers)) return;
-    const auto layer = layers[number];
-    hidden_by_keys_[layer.name] = !layer.is_hidden;
-    shown_.hide(layer.name, !layer.is_hidden);
+    const std::string name = layers[number].name;
+    const bool hide = !layers[number].is_hidden;
+    hidden_by_keys_[name] = hide;
+    shown_.hide(name, hide);
     note_change();
   }
   void change_rays() {

@@ -2,10 +2,10 @@
 # find_package(cilantro COMPONENTS NAME) finds. Interfaces (*.cppm), partitions that only units import
 # (*.part.cpp) and units (*.cpp) are those of the folder that calls it, which lies in modules/ or outside the tree.
 #
-#   cilantro_add_component(NAME [FIND "PACKAGE ARGUMENT..."...] [LINK TARGET...])
+#   cilantro_add_component(NAME [USE COMPONENT...] [FIND "PACKAGE ARGUMENT..."...] [LINK TARGET...])
 #
-# FIND: what find_package is called with, here and wherever the component is found. LINK: the targets of those packages
-# that its units need.
+# USE: components that its interfaces import. FIND: what find_package is called with, here and wherever the component is
+# found. LINK: the targets of those packages that its units need.
 
 # Two versions of the library are two libraries with the same names: a component goes with the one it was compiled for.
 if(DEFINED cilantro_VERSION)  # Found.
@@ -16,18 +16,28 @@ endif()
 set_property(GLOBAL PROPERTY CILANTRO_COMPONENT_TEMPLATE ${CMAKE_CURRENT_LIST_DIR}/cilantro-component-config.cmake.in)
 
 function(cilantro_add_component name)
-  cmake_parse_arguments(PARSE_ARGV 1 component "" "" "FIND;LINK")
+  cmake_parse_arguments(PARSE_ARGV 1 component "" "" "USE;FIND;LINK")
   if(component_UNPARSED_ARGUMENTS)
-    message(FATAL_ERROR "cilantro_add_component(${name}): what is \"${component_UNPARSED_ARGUMENTS}\"? There are FIND and LINK.")
+    message(FATAL_ERROR "cilantro_add_component(${name}): what is \"${component_UNPARSED_ARGUMENTS}\"? There are USE, FIND and LINK.")
   endif()
   include(CMakePackageConfigHelpers)
   include(GNUInstallDirs)
   get_property(cilantro_component_version GLOBAL PROPERTY CILANTRO_VERSION)
   set(cilantro_component ${name})
   set(cilantro_component_needs "")
+  set(used_components "")
+  foreach(used IN LISTS component_USE)
+    if(NOT TARGET cilantro::${used})
+      string(TOUPPER ${used} option)
+      message(FATAL_ERROR "cilantro::${name} needs cilantro::${used}: set CILANTRO_BUILD_${option}=ON, or find it as a component.")
+    endif()
+    list(APPEND used_components cilantro::${used})
+    string(APPEND cilantro_component_needs
+      "find_dependency(cilantro-${used} ${cilantro_component_version} EXACT CONFIG HINTS \"\${CMAKE_CURRENT_LIST_DIR}/..\")\n")
+  endforeach()
   foreach(package IN LISTS component_FIND)
     separate_arguments(arguments UNIX_COMMAND "${package}")
-    find_package(${arguments} REQUIRED)
+    find_package(${arguments} REQUIRED GLOBAL)  # Who links the component lies in other folders.
     string(APPEND cilantro_component_needs "find_dependency(${package})\n")
   endforeach()
 
@@ -45,7 +55,7 @@ function(cilantro_add_component name)
     PUBLIC FILE_SET CXX_MODULES BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR} FILES ${interfaces}
     PRIVATE FILE_SET implementation_partitions TYPE CXX_MODULES BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR} FILES ${parts}
     PRIVATE ${units})
-  target_link_libraries(cilantro_${name} PUBLIC cilantro::cilantro PRIVATE ${component_LINK})
+  target_link_libraries(cilantro_${name} PUBLIC cilantro::cilantro ${used_components} PRIVATE ${component_LINK})
   cilantro_fit_language(cilantro_${name} ${CMAKE_SOURCE_DIR})
 
   if(NOT DEFINED CILANTRO_INSTALL)

@@ -10,6 +10,9 @@ set(CPACK_COMPONENTS_ALL development)
 if(TARGET cilantro_visualization)
   list(APPEND CPACK_COMPONENTS_ALL visualization)
 endif()
+if(TARGET cilantro_window)
+  list(APPEND CPACK_COMPONENTS_ALL window)
+endif()
 if(TARGET cilantro_tool)
   list(APPEND CPACK_COMPONENTS_ALL program)
 endif()
@@ -36,6 +39,12 @@ set(CPACK_DEBIAN_VISUALIZATION_DESCRIPTION
 set(CPACK_DEBIAN_VISUALIZATION_PACKAGE_NAME libcilantro-visualization-dev)
 set(CPACK_DEBIAN_VISUALIZATION_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_VISUALIZATION_PACKAGE_DEPENDS "libcilantro-dev (= ${PROJECT_VERSION})")
+
+set(CPACK_DEBIAN_WINDOW_DESCRIPTION
+  "Windows that show point clouds\nThe component window of cilantro.")
+set(CPACK_DEBIAN_WINDOW_PACKAGE_NAME libcilantro-window-dev)
+set(CPACK_DEBIAN_WINDOW_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_WINDOW_PACKAGE_DEPENDS "libcilantro-visualization-dev (= ${PROJECT_VERSION}), libglfw3-dev (>= 3.3)")
 
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
   "Point clouds on the command line\nShows, converts, filters, aligns and segments point clouds in PLY, PCD and text files.")

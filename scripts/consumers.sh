@@ -13,7 +13,7 @@ compiler=${CXX:-clang++-22}
 folder=build/consumers
 projects=tests/consumers
 
-cases=(default_settings release debug refusals mixed exports from_gcc component component/within
+cases=(default_settings release debug refusals mixed exports from_gcc component component/within window
   standard_23 standard_26 extensions_on extensions_off openmp_flag warnings undefined_sanitizer thread_sanitizer
   unoptimized march_native other_alignment static with_pcl with_open3d
   objects/within fetch/within shared/within march_native/within address_sanitizer/within)
@@ -111,6 +111,10 @@ run_case() {
       if ninja -C "$build/without" -t targets all | grep empty; then echo 'the component is not left out'; return 1; fi
       if ninja -C "$build/with" -t inputs libcilantro.a | grep empty; then echo 'the component is in the library'; return 1; fi
       cmake --build "$build/with" --target modules/empty/CMakeFiles/cilantro_empty.dir/empty.cpp.o ;;
+    window)
+      [ -n "$(find "$prefix" -path '*/cmake/cilantro-window')" ] || skip 'windows were not built, since libglfw3-dev is not installed'
+      project $projects/window
+      "$build/program" ;;
     with_pcl | with_open3d)
       local name=${1#with_}
       compgen -G "/usr/lib/*/cmake/$name" > /dev/null || compgen -G "/usr/lib/*/cmake/${name/open3d/Open3D}" > /dev/null ||

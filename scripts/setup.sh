@@ -39,6 +39,11 @@ packages_to_check='
 clang-format-22|clang-format, which says whether a file is formatted
 clang-tidy-22|clang-tidy, which finds what a compiler does not see
 libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
+libglfw3-dev|GLFW, for windows on the screen
+libgl-dev|the headers of OpenGL, for the same
+libgl1-mesa-dri|a driver of OpenGL for machines without a graphics card, on which windows are tested
+xvfb|a display that nobody sees, for the same
+xdotool|a mouse and keys that nobody touches, for the same
 '
 packages_to_benchmark='
 libbenchmark-dev|Google Benchmark

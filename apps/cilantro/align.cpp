@@ -17,6 +17,7 @@
 
 import cilantro;
 import cilantro.visualization;
+import drawing;
 import scan_io;
 import tool;
 using namespace cilantro;
@@ -31,7 +32,8 @@ const std::map<std::string, metric_choice> metrics{{"point-to-plane", point_to_p
                                                    {"generalized-icp", generalized_icp{}}};
 
 struct align_settings {
-  std::string source, target, output, picture, metric = "point-to-plane";
+  std::string source, target, output, metric = "point-to-plane";
+  result_drawings drawings;
   double voxel = 0, max_distance = std::numeric_limits<double>::infinity(), robust = 0;
   int iterations = 50, threads = 0;
   index_t normals = 10;
@@ -99,8 +101,10 @@ void run(const align_settings& settings, const point_cloud<S, 3>& source,
     throw std::runtime_error{
         "no transform was found: there are too few pairs; try another --max-distance"};
   if (!settings.output.empty()) write_cloud(aligned, settings.output);
-  if (!settings.picture.empty())
-    write_picture(in_two_colors(target, aligned), settings.picture, picture_look);
+  if (settings.drawings.any()) {
+    const scene all = in_two_colors(target, aligned);
+    draw_result(all, fit(all), settings.drawings);
+  }
 }
 
 }  // namespace
@@ -133,7 +137,7 @@ void add_align(CLI::App& app) {
                     "Only pairs of mutual nearest neighbours");
   command->add_option("-o,--output", settings->output,
                       "The moved source; its ending says the format");
-  command->add_option("--picture", settings->picture, "Both in two colours, as PNG");
+  add_result_options(*command, settings->drawings);
   add_common_options(*command, *settings);
   command->callback([settings] {
     const auto source = read_input(settings->source, settings->depth, settings->quiet).cloud;

@@ -17,3 +17,5 @@ void add_plane(CLI::App& app);
 void add_hull(CLI::App& app);
 void add_crop(CLI::App& app);
 void add_picture(CLI::App& app);
+void add_html(CLI::App& app);
+void add_view(CLI::App& app);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|warp|segment|plane|hull|crop|picture: point clouds on the command
-// line. Ends with 0, with 1 if something failed, and with 2 if the command line makes no sense.
+// cilantro info|convert|run|align|warp|segment|plane|hull|crop|picture|html|view: point clouds
+// on the command line. Ends with 0, with 1 if something failed, and with 2 if the command line
+// makes no sense.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
@@ -24,6 +25,8 @@ int main(int argc, char** argv) {
   add_hull(app);
   add_crop(app);
   add_picture(app);
+  add_html(app);
+  add_view(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& help) {

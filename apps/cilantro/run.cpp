@@ -13,6 +13,7 @@
 
 import cilantro;
 import cilantro.visualization;
+import drawing;
 import steps;
 import tool;
 using namespace cilantro;
@@ -20,7 +21,8 @@ using namespace cilantro;
 namespace {
 
 struct run_settings {
-  std::string input, output, picture;
+  std::string input, output;
+  result_drawings drawings;
   std::vector<std::string> steps;
   depth_settings depth;
   int threads = 0;
@@ -43,10 +45,10 @@ void run(const run_settings& settings, const std::vector<tool_step>& steps) {
     progress_line line{"writing", settings.quiet};
     std::visit([&](const auto& c) { write_cloud(c, settings.output, line.monitor()); }, cloud);
   }
-  if (!settings.picture.empty()) {
+  if (settings.drawings.any()) {
     scene all;
     std::visit([&](const auto& c) { all.set("cloud", c); }, cloud);
-    write_picture(all, camera ? view{*camera} : fit(all), settings.picture, picture_look);
+    draw_result(all, camera ? view{*camera} : fit(all), settings.drawings);
   }
   if (!settings.quiet) std::cerr << report;
 }
@@ -60,7 +62,7 @@ void add_run(CLI::App& app) {
   command->add_option("INPUT", settings->input, "A cloud or a depth image")->required();
   command->add_option("STEPS", settings->steps, "What to do, such as voxel=0.005 normals=knn:10");
   command->add_option("-o,--output", settings->output, "A cloud; its ending says the format");
-  command->add_option("--picture", settings->picture, "A picture of the result as PNG");
+  add_result_options(*command, settings->drawings);
   add_depth_options(*command, settings->depth);
   command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
       ->check(CLI::NonNegativeNumber);

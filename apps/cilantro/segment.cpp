@@ -16,6 +16,7 @@
 
 import cilantro;
 import cilantro.visualization;
+import drawing;
 import tool;
 using namespace cilantro;
 
@@ -24,7 +25,8 @@ namespace {
 using json = nlohmann::ordered_json;
 
 struct segment_settings {
-  std::string input, output, picture;
+  std::string input, output;
+  result_drawings drawings;
   index_t neighbors = 30, min_size = 50;
   double angle = 3;
   int threads = 0;
@@ -62,9 +64,9 @@ void run(const segment_settings& settings, point_cloud<S, 3>& cloud,
     std::cout << "\npoints in none: " << parts.unlabeled() << '\n';
   }
   if (!settings.output.empty()) write_cloud(cloud, settings.output);
-  if (!settings.picture.empty()) {
+  if (settings.drawings.any()) {
     const auto all = scene{}.set("parts", cloud, cloud_look{.color = by_label{"cluster"}});
-    write_picture(all, camera ? view{*camera} : fit(all), settings.picture, picture_look);
+    draw_result(all, camera ? view{*camera} : fit(all), settings.drawings);
   }
 }
 
@@ -85,7 +87,7 @@ void add_segment(CLI::App& app) {
   command->add_option("--min-size", settings->min_size, "Smaller parts are none")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--picture", settings->picture, "The parts in colours, as PNG");
+  add_result_options(*command, settings->drawings);
   add_common_options(*command, *settings);
   command->callback([settings] {
     auto [cloud, camera] = read_input(settings->input, settings->depth, settings->quiet);

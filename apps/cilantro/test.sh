@@ -159,6 +159,8 @@ expect 2 'try --help' "$cilantro" picture scan.ply -o turn.png --frames-per-seco
 expect 1 'no attribute "x", but' "$cilantro" picture parts.ply -o seen.png --color attribute:x
 expect 1 'the color must be' "$cilantro" picture parts.ply -o seen.png --color blue
 expect 1 'missing.ply: cannot be read' "$cilantro" picture missing.ply -o seen.png
+# Without a display, or without windows at all, it says what draws into a file.
+expect 1 'picture' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" view scan.ply --color z --quiet
 expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --size 0,10
 expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --up 0,0,1
 

@@ -19,6 +19,7 @@
 
 import cilantro;
 import cilantro.visualization;
+import drawing;
 import scan_io;
 import tool;
 using namespace cilantro;
@@ -28,7 +29,8 @@ namespace {
 using json = nlohmann::ordered_json;
 
 struct warp_settings {
-  std::string source, target, output, picture, landmarks;
+  std::string source, target, output, landmarks;
+  result_drawings drawings;
   double spacing = 0, max_distance = std::numeric_limits<double>::infinity();
   double stiffness = non_rigid_options{}.stiffness, kernel = 0;
   std::optional<double> rigidity;
@@ -99,8 +101,10 @@ void run(const warp_settings& settings, point_cloud<S, 3> source, const point_cl
   const auto warped =
       warp(std::move(source), found.transform, execution{.threads = settings.threads});
   if (!settings.output.empty()) write_cloud(warped, settings.output);
-  if (!settings.picture.empty())
-    write_picture(in_two_colors(target, warped), settings.picture, picture_look);
+  if (settings.drawings.any()) {
+    const scene all = in_two_colors(target, warped);
+    draw_result(all, fit(all), settings.drawings);
+  }
 }
 
 }  // namespace
@@ -151,7 +155,7 @@ void add_warp(CLI::App& app) {
       ->capture_default_str();
   command->add_option("-o,--output", settings->output,
                       "The bent source; its ending says the format");
-  command->add_option("--picture", settings->picture, "Both in two colours, as PNG");
+  add_result_options(*command, settings->drawings);
   add_common_options(*command, *settings);
   command->callback([settings] {
     auto source = read_input(settings->source, settings->depth, settings->quiet).cloud;

@@ -21,6 +21,7 @@ import zlib
 PRELUDE = """
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -30,6 +31,7 @@ PRELUDE = """
 #include <span>
 #include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 import cilantro;

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: MIT
+//
+// The desktop's part of a window: opened by GLFW, it notes what happens to it. Internal.
+//
+// GLFW calls back from within C frames, which no exception may cross. So what happens is noted
+// there, and handled by whoever takes the events.
+module;
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <variant>
+module cilantro.window:desktop;
+
+import cilantro.core;
+import :key;
+import :on_screen;
+
+namespace cilantro {
+
+/// Throws a `window_error` for what GLFW says went wrong.
+[[noreturn]] void throw_window_error(const std::string& otherwise) {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  throw window_error{"there can be no window here: " + (text ? std::string{text} : otherwise) +
+                     "; write_picture(scene, \"scene.png\") and write_html(scene, \"scene.html\") "
+                     "show a scene without one"};
+}
+
+/// GLFW as long as there are windows: it belongs to one thread.
+class glfw_use {
+ public:
+  glfw_use() {
+    auto& all = shared();
+    const std::scoped_lock lock{all.mutex};
+    expects(all.count == 0 || all.owner == std::this_thread::get_id(),
+            "window: all windows belong to the thread that made the first of them");
+    if (all.count == 0) {
+      glfwGetError(nullptr);
+      glfwGetTimerFrequency();
+      all.is_of_the_program = glfwGetError(nullptr) == GLFW_NO_ERROR;
+      if (glfwInit() != GLFW_TRUE) throw_window_error("GLFW does not start");
+      all.owner = std::this_thread::get_id();
+    }
+    ++all.count;
+  }
+  glfw_use(const glfw_use&) = delete;
+  glfw_use& operator=(const glfw_use&) = delete;
+  ~glfw_use() {
+    auto& all = shared();
+    const std::scoped_lock lock{all.mutex};
+    if (--all.count == 0 && !all.is_of_the_program) glfwTerminate();
+  }
+
+ private:
+  struct uses {
+    std::mutex mutex;
+    int count = 0;
+    std::thread::id owner;
+    bool is_of_the_program = false;  ///< Which has begun to use GLFW itself, and ends it.
+  };
+  static uses& shared() {
+    static uses all;
+    return all;
+  }
+};
+
+using event_time = std::chrono::steady_clock::time_point;
+
+/// In the units of the desktop, from the top left of the window.
+struct mouse_place {
+  double x = 0, y = 0;
+};
+enum class mouse_button { left, middle, right };
+struct mouse_pressed {
+  mouse_button button;
+  mouse_place at;
+  bool with_shift;
+  event_time when;
+};
+struct mouse_released {
+  mouse_button button;
+  mouse_place at;
+};
+struct mouse_moved {
+  mouse_place to;
+};
+struct wheel_turned {
+  double steps;  ///< Away from the user.
+};
+struct key_pressed {
+  key pressed;
+};
+/// What was on the screen is lost.
+struct picture_lost {};
+struct close_wanted {};
+using window_event = std::variant<mouse_pressed, mouse_released, mouse_moved, wheel_turned,
+                                  key_pressed, picture_lost, close_wanted>;
+
+/// The key that has `code` on a keyboard as it is in the United States.
+std::optional<key> key_of(int code) {
+  const auto within = [&](int first, int last, key from) -> std::optional<key> {
+    if (code < first || last < code) return std::nullopt;
+    return key(int(from) + code - first);
+  };
+  if (const auto found = within(GLFW_KEY_A, GLFW_KEY_Z, key::a)) return found;
+  if (const auto found = within(GLFW_KEY_0, GLFW_KEY_9, key::digit_0)) return found;
+  if (const auto found = within(GLFW_KEY_KP_0, GLFW_KEY_KP_9, key::digit_0)) return found;
+  if (const auto found = within(GLFW_KEY_F1, GLFW_KEY_F12, key::f1)) return found;
+  switch (code) {
+    case GLFW_KEY_KP_ADD:
+      return key::plus;
+    case GLFW_KEY_MINUS:
+    case GLFW_KEY_KP_SUBTRACT:
+      return key::minus;
+    case GLFW_KEY_COMMA:
+      return key::comma;
+    case GLFW_KEY_PERIOD:
+      return key::period;
+    case GLFW_KEY_SPACE:
+      return key::space;
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER:
+      return key::enter;
+    case GLFW_KEY_TAB:
+      return key::tab;
+    case GLFW_KEY_BACKSPACE:
+      return key::backspace;
+    case GLFW_KEY_INSERT:
+      return key::insert;
+    case GLFW_KEY_DELETE:
+      return key::remove;
+    case GLFW_KEY_ESCAPE:
+      return key::escape;
+    case GLFW_KEY_LEFT:
+      return key::left;
+    case GLFW_KEY_RIGHT:
+      return key::right;
+    case GLFW_KEY_UP:
+      return key::up;
+    case GLFW_KEY_DOWN:
+      return key::down;
+    case GLFW_KEY_HOME:
+      return key::home;
+    case GLFW_KEY_END:
+      return key::end;
+    case GLFW_KEY_PAGE_UP:
+      return key::page_up;
+    case GLFW_KEY_PAGE_DOWN:
+      return key::page_down;
+    default:
+      return std::nullopt;
+  }
+}
+
+/// The key by what is written on it; where that is no key of ours, as on the digits of a French
+/// keyboard, by where it is.
+std::optional<key> key_of(int code, int scancode) {
+  const char* name = glfwGetKeyName(code, scancode);
+  if (name == nullptr || name[0] == 0 || name[1] != 0) return key_of(code);
+  const char c = name[0];
+  if (c >= 'a' && c <= 'z') return key_of(GLFW_KEY_A + (c - 'a'));
+  if (c >= '0' && c <= '9') return key_of(GLFW_KEY_0 + (c - '0'));
+  switch (c) {
+    case '+':
+      return key::plus;
+    case '-':
+      return key::minus;
+    case ',':
+      return key::comma;
+    case '.':
+      return key::period;
+    default:
+      return key_of(code);
+  }
+}
+
+/// A window with a context of OpenGL.
+class desktop_window {
+ public:
+  desktop_window(const std::string& title, int width, int height, bool is_visible = true) {
+    glfwDefaultWindowHints();
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    glfwWindowHint(GLFW_VISIBLE, is_visible ? GLFW_TRUE : GLFW_FALSE);
+    glfwWindowHintString(GLFW_X11_CLASS_NAME, "cilantro");
+    glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "cilantro");
+    handle_.reset(glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr));
+    if (!handle_) throw_window_error("no driver speaks OpenGL 3.3");
+    glfwSetWindowUserPointer(handle_.get(), this);
+    glfwGetCursorPos(handle_.get(), &mouse_.x, &mouse_.y);
+    note_what_happens();
+  }
+  desktop_window(const desktop_window&) = delete;
+  desktop_window& operator=(const desktop_window&) = delete;
+
+  struct extent {
+    int width, height;
+    friend bool operator==(const extent&, const extent&) = default;
+  };
+  /// In the units of the desktop, in which the mouse is.
+  [[nodiscard]] extent size() const {
+    extent result{};
+    glfwGetWindowSize(handle_.get(), &result.width, &result.height);
+    return result;
+  }
+  [[nodiscard]] extent size_in_pixels() const {
+    extent result{};
+    glfwGetFramebufferSize(handle_.get(), &result.width, &result.height);
+    return result;
+  }
+  void hide() { glfwHideWindow(handle_.get()); }
+
+  /// Lets GLFW note what happened to all windows.
+  static void note_events() { glfwPollEvents(); }
+  /// As above, and waits until something happens or the time is over.
+  static void wait_for_events(double seconds) { glfwWaitEventsTimeout(seconds); }
+  /// Ends a wait; from any thread.
+  static void wake() { glfwPostEmptyEvent(); }
+
+  /// The first event that was noted and not taken.
+  [[nodiscard]] std::optional<window_event> take_event() {
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+    if (events_.empty()) return std::nullopt;
+    const auto first = events_.front();
+    events_.pop_front();
+    return first;
+  }
+
+  /// Runs `draw` with the context of this window, and shows what it has drawn.
+  void present(auto&& draw) {
+    const context_of_caller restore;
+    glfwMakeContextCurrent(handle_.get());
+    glfwSwapInterval(0);  // Several windows would wait one after the other.
+    draw();
+    glfwSwapBuffers(handle_.get());
+  }
+
+ private:
+  struct context_of_caller {
+    GLFWwindow* before = glfwGetCurrentContext();
+    context_of_caller() = default;
+    context_of_caller(const context_of_caller&) = delete;
+    context_of_caller& operator=(const context_of_caller&) = delete;
+    ~context_of_caller() { glfwMakeContextCurrent(before); }
+  };
+  static desktop_window& of(GLFWwindow* handle) {
+    return *static_cast<desktop_window*>(glfwGetWindowUserPointer(handle));
+  }
+  void note(const window_event& what) noexcept {
+    try {
+      // Where the mouse was on its way says nothing.
+      if (!events_.empty() && std::holds_alternative<mouse_moved>(what) &&
+          std::holds_alternative<mouse_moved>(events_.back()))
+        events_.pop_back();
+      events_.push_back(what);
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+  }
+  void note_what_happens() {
+    glfwSetCursorPosCallback(handle_.get(), [](GLFWwindow* handle, double x, double y) {
+      of(handle).note(mouse_moved{of(handle).mouse_ = {x, y}});
+    });
+    glfwSetMouseButtonCallback(
+        handle_.get(), [](GLFWwindow* handle, int code, int action, int modifiers) {
+          if (code > GLFW_MOUSE_BUTTON_MIDDLE) return;
+          const auto button = code == GLFW_MOUSE_BUTTON_LEFT    ? mouse_button::left
+                              : code == GLFW_MOUSE_BUTTON_RIGHT ? mouse_button::right
+                                                                : mouse_button::middle;
+          // Not where the mouse is now, after what happened since.
+          const mouse_place at = of(handle).mouse_;
+          if (action == GLFW_PRESS)
+            of(handle).note(mouse_pressed{button, at, (modifiers & GLFW_MOD_SHIFT) != 0,
+                                          std::chrono::steady_clock::now()});
+          else
+            of(handle).note(mouse_released{button, at});
+        });
+    glfwSetScrollCallback(handle_.get(), [](GLFWwindow* handle, double, double steps) {
+      of(handle).note(wheel_turned{steps});
+    });
+    glfwSetKeyCallback(handle_.get(),
+                       [](GLFWwindow* handle, int code, int scancode, int action, int modifiers) {
+                         if (action != GLFW_PRESS ||
+                             (modifiers & (GLFW_MOD_CONTROL | GLFW_MOD_ALT | GLFW_MOD_SUPER)) != 0)
+                           return;
+                         if (const auto pressed = key_of(code, scancode))
+                           of(handle).note(key_pressed{*pressed});
+                       });
+    glfwSetWindowRefreshCallback(handle_.get(),
+                                 [](GLFWwindow* handle) { of(handle).note(picture_lost{}); });
+    glfwSetWindowCloseCallback(handle_.get(),
+                               [](GLFWwindow* handle) { of(handle).note(close_wanted{}); });
+  }
+
+  struct destroy {
+    void operator()(GLFWwindow* handle) const { glfwDestroyWindow(handle); }
+  };
+  glfw_use use_;
+  std::unique_ptr<GLFWwindow, destroy> handle_;
+  mouse_place mouse_;
+  std::deque<window_event> events_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace cilantro

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+//
+// What the mouse and the keys do to views. Internal.
+module;
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+module cilantro.window:navigation;
+
+import cilantro.visualization;
+
+namespace cilantro {
+
+/// The same view in a picture of another size, as `render` draws it there.
+[[nodiscard]] view resized(view from, int width, int height) {
+  auto& camera = from.camera;
+  if (camera.width == width && camera.height == height) return from;
+  const double factor = std::min(double(width) / camera.width, double(height) / camera.height);
+  // Integers are the middles of pixels, the borders half a pixel away.
+  const auto moved = [&](double c, int from_size, int to_size) {
+    return (c + 0.5 - from_size / 2.0) * factor + to_size / 2.0 - 0.5;
+  };
+  camera.cx = moved(camera.cx, camera.width, width);
+  camera.cy = moved(camera.cy, camera.height, height);
+  camera.fx *= factor;
+  camera.fy *= factor;
+  camera.width = width;
+  camera.height = height;
+  return from;
+}
+
+/// What is seen follows the mouse: from one border to the other, it is turned by half a circle.
+[[nodiscard]] view turned(const view& from, double right, double down, double window_width) {
+  const double angle = std::numbers::pi / window_width;
+  return orbit(from, {.right = -right * angle, .up = down * angle});
+}
+
+/// Each step of the wheel makes what is looked at a tenth larger.
+[[nodiscard]] view zoomed(const view& from, double steps) {
+  const view result = zoom(from, std::pow(1.1, std::clamp(steps, -50.0, 50.0)));
+  // Beyond that, nothing would be seen any more.
+  const double scale = result.orthographic ? result.camera.fx : result.distance;
+  constexpr double most = 1e30;
+  return 1 / most < scale && scale < most ? result : from;
+}
+
+/// Moves a view sideways, so that a place is in the middle, and looks at it.
+[[nodiscard]] view centered_on(view from, const Eigen::Vector3d& place) {
+  auto& to_world = from.camera.to_world;
+  const Eigen::Vector3d seen = to_world.inverse() * place;
+  to_world.translation() += to_world.linear().leftCols<2>() * seen.head<2>();
+  from.distance = seen.z();
+  return from;
+}
+
+/// The same view by parallel rays: what it looks at has the same size.
+[[nodiscard]] view by_parallel_rays(view from) {
+  from.camera.fx /= from.distance;
+  from.camera.fy /= from.distance;
+  from.orthographic = true;
+  return from;
+}
+
+/// The same view from an eye, with a focal length of so many pixels along x.
+[[nodiscard]] view from_an_eye(view from, double focal_length) {
+  const Eigen::Vector3d at = from.eye() + from.distance * from.ahead();
+  from.distance = focal_length / from.camera.fx;
+  from.camera.fx *= from.distance;
+  from.camera.fy *= from.distance;
+  from.camera.to_world.translation() = at - from.distance * from.ahead();
+  from.orthographic = false;
+  return from;
+}
+
+}  // namespace cilantro

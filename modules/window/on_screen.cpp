@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <variant>
+module cilantro.window;
+
+import :desktop;
+import :navigation;
+import :pace;
+import :picture_texture;
+
+namespace cilantro {
+namespace {
+
+window_options checked(const window_options& options) {
+  constexpr int most = 1 << 15;
+  expects(
+      0 < options.width && options.width <= most && 0 < options.height && options.height <= most,
+      "window: .width and .height must be from 1 to 32768");
+  expects(options.drawing.width == 0 && options.drawing.height == 0,
+          "window: .drawing.width and .drawing.height must be 0: the size is that of the window");
+  // What pictures are refused for is found before there is a window.
+  auto tiny = options.drawing;
+  tiny.width = tiny.height = 1;
+  tiny.monitor = {};
+  (void)render({}, {}, tiny);
+  return options;
+}
+
+std::string title_of(const scene& all, const window_options& options) {
+  if (!options.title.empty()) return options.title;
+  std::string names;
+  for (const auto& layer : all.layers()) names += (names.empty() ? "" : ", ") + layer.name;
+  return names.empty() ? "cilantro" : names;
+}
+
+double between(const mouse_place& a, const mouse_place& b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+}  // namespace
+
+/// What a window is, at an address that stays.
+class window::screen {
+ public:
+  screen(scene first, const window_options& options)
+      : drawing_{options.drawing},
+        desktop_{title_of(first, options), options.width, options.height},
+        pending_{std::move(first)} {
+    desktop_.present([&] { picture_.emplace(); });
+    from_ = fit({}, fitting());
+  }
+
+  void expect_own_thread(const char* call) const {
+    expects(std::this_thread::get_id() == owner_,
+            std::string{"window: "} + call +
+                " must be called by the thread that made the window; only show may come from any");
+  }
+
+  bool update() {
+    desktop_window::note_events();
+    while (is_open_) {
+      const auto event = desktop_.take_event();
+      if (!event) break;
+      std::visit([&](const auto& what) { handle(what); }, *event);
+    }
+    take_scene();
+    if (is_open_) draw();
+    return is_open_;
+  }
+  void wait() {
+    while (update()) {
+      // Whatever happens ends a wait, so its length is of no importance.
+      constexpr std::chrono::duration<double> longest{10};
+      std::chrono::duration<double> time = longest;
+      if (const auto due = pace_.until_due(pace::clock::now())) time = *due;
+      desktop_window::wait_for_events(time.count());
+    }
+  }
+  void close() {
+    is_open_ = false;
+    desktop_.hide();
+  }
+
+  void show(scene next) {
+    {
+      const std::scoped_lock lock{pending_mutex_};
+      pending_ = std::move(next);
+    }
+    desktop_window::wake();
+  }
+  const scene& current() {
+    take_scene();
+    return shown_;
+  }
+
+  view seen() {
+    take_scene();
+    const auto [width, height] = desktop_.size_in_pixels();
+    return width > 0 && height > 0 ? resized(from_, width, height) : from_;
+  }
+  void look(const view& from) {
+    (void)orbit(from, {});
+    (void)render({}, from, {.width = 1, .height = 1});
+    is_fitted_ = true;
+    set_view(from);
+    grab_anew();
+  }
+
+  void on(key pressed, std::function<void()> action) { actions_[pressed] = std::move(action); }
+  void on_pick(std::function<void(const picked&)> action) { pick_action_ = std::move(action); }
+
+ private:
+  /// A button that is down, and the view at that time.
+  struct grab {
+    mouse_button button;
+    bool pans;
+    mouse_place at;
+    view from;
+    bool is_click = true;  ///< Until the mouse is moved.
+    bool is_second_click;
+  };
+  struct click {
+    mouse_place at;
+    event_time when;
+  };
+
+  void note_change() { pace_.note_change(pace::clock::now()); }
+  void set_view(const view& from) {
+    from_ = from;
+    note_change();
+  }
+  [[nodiscard]] view_options fitting() const {
+    view_options options{.orthographic = from_.orthographic};
+    if (const auto [width, height] = desktop_.size_in_pixels(); width > 0 && height > 0) {
+      options.width = width;
+      options.height = height;
+    }
+    return options;
+  }
+
+  void take_scene() {
+    {
+      const std::scoped_lock lock{pending_mutex_};
+      if (!pending_) return;
+      shown_ = *std::exchange(pending_, std::nullopt);
+    }
+    for (const auto& [name, is_hidden] : hidden_by_keys_)
+      if (std::ranges::find(shown_.layers(), name, &scene::layer::name) != shown_.layers().end())
+        shown_.hide(name, is_hidden);
+    if (!is_fitted_ && !shown_.bounds().isEmpty()) {
+      is_fitted_ = true;
+      from_ = fit(shown_, fitting());
+    }
+    note_change();
+  }
+
+  void draw() {
+    const auto size = desktop_.size_in_pixels();
+    if (size.width == 0 || size.height == 0) return;  // Made an icon of.
+    if (size != drawn_size_) note_change();
+    drawn_size_ = size;
+    const auto now = pace::clock::now();
+    if (const auto due = pace_.until_due(now); due && due->count() == 0) {
+      is_lost_ = true;
+      const auto options = pace_.begin(drawing_, now);
+      const auto picture = render(shown_, seen(), options);
+      desktop_.present([&] {
+        picture_->set(picture);
+        picture_->draw();
+      });
+    } else if (is_lost_) {
+      desktop_.present([&] { picture_->draw(); });
+    }
+    is_lost_ = false;
+  }
+
+  // ---- The mouse ----------------------------------------------------------------------------
+  void handle(const mouse_pressed& what) {
+    if (grab_) return;
+    const bool is_second = last_click_ && what.button == mouse_button::left &&
+                           what.when - last_click_->when < std::chrono::milliseconds{400} &&
+                           between(what.at, last_click_->at) <= still;
+    grab_ = grab{.button = what.button,
+                 .pans = what.button != mouse_button::left || what.with_shift,
+                 .at = what.at,
+                 .from = seen(),
+                 .is_second_click = is_second};
+    last_click_.reset();
+    if (what.button == mouse_button::left) last_click_ = click{what.at, what.when};
+    mouse_ = what.at;
+  }
+  void handle(const mouse_moved& what) {
+    mouse_ = what.to;
+    if (!grab_ || (grab_->is_click && between(what.to, grab_->at) <= still)) return;
+    grab_->is_click = false;
+    const auto size = desktop_.size();
+    const auto pixels = desktop_.size_in_pixels();
+    // From where the button was pressed, so that the way there does not matter.
+    const double right = what.to.x - grab_->at.x, down = what.to.y - grab_->at.y;
+    if (grab_->pans)
+      set_view(pan(grab_->from, {.right = right * pixels.width / size.width,
+                                 .down = down * pixels.height / size.height}));
+    else
+      set_view(turned(grab_->from, right, down, size.width));
+  }
+  void handle(const mouse_released& what) {
+    if (!grab_ || grab_->button != what.button) return;
+    const auto done = *std::exchange(grab_, std::nullopt);
+    if (!done.is_click || done.button != mouse_button::left) {
+      last_click_.reset();
+      return;
+    }
+    if (done.is_second_click) {
+      last_click_.reset();
+      if (const auto found = picked_at(what.at)) set_view(centered_on(seen(), found->place));
+    } else if (const auto action = pick_action_) {
+      if (const auto found = picked_at(what.at)) action(*found);
+    }
+  }
+  void handle(const wheel_turned& what) {
+    set_view(zoomed(seen(), what.steps));
+    grab_anew();
+  }
+  /// What was done to the view is kept while the mouse goes on.
+  void grab_anew() {
+    if (!grab_) return;
+    grab_->at = mouse_;
+    grab_->from = seen();
+  }
+  [[nodiscard]] std::optional<picked> picked_at(const mouse_place& at) {
+    const auto size = desktop_.size();
+    const auto pixels = desktop_.size_in_pixels();
+    return pick(shown_, seen(), std::floor(at.x * pixels.width / size.width),
+                std::floor(at.y * pixels.height / size.height), {.threads = drawing_.threads});
+  }
+
+  // ---- The keys -----------------------------------------------------------------------------
+  void handle(const key_pressed& what) {
+    if (const auto own = actions_.find(what.pressed); own != actions_.end()) {
+      // A copy, since it may set another one.
+      if (const auto action = own->second) action();
+      return;
+    }
+    if (key::digit_1 <= what.pressed && what.pressed <= key::digit_9) {
+      hide_or_show(index_t(what.pressed) - index_t(key::digit_1));
+      return;
+    }
+    switch (what.pressed) {
+      case key::r:
+        set_view(fit(current(), fitting()));
+        grab_anew();
+        break;
+      case key::o:
+        change_rays();
+        break;
+      case key::e:
+        drawing_.edges = drawing_.edges > 0 ? 0 : edges_;
+        break;
+      case key::b:
+        drawing_.blend = !drawing_.blend;
+        break;
+      case key::l:
+        drawing_.labels = drawing_.legends = !(drawing_.labels || drawing_.legends);
+        break;
+      case key::q:
+      case key::escape:
+        close();
+        break;
+      default:
+        return;
+    }
+    note_change();
+  }
+  void hide_or_show(index_t number) {
+    const auto layers = current().layers();
+    if (number >= std::ssize(layers)) return;
+    const std::string name = layers[number].name;
+    const bool hide = !layers[number].is_hidden;
+    hidden_by_keys_[name] = hide;
+    shown_.hide(name, hide);
+    note_change();
+  }
+  void change_rays() {
+    const view now = seen();
+    const double smaller = std::min(now.camera.width, now.camera.height);
+    if (!now.orthographic) {
+      focal_share_ = now.camera.fx / smaller;
+      set_view(by_parallel_rays(now));
+    } else {
+      set_view(from_an_eye(now, focal_share_ * smaller));
+    }
+    grab_anew();
+  }
+
+  // ---- What is left to handle -----------------------------------------------------------------
+  void handle(const picture_lost&) { is_lost_ = true; }
+  void handle(const close_wanted&) { close(); }
+
+  static constexpr double still = 3;  ///< How far the mouse is moved by a click at most.
+
+  std::thread::id owner_ = std::this_thread::get_id();
+  render_options drawing_;
+  double edges_ = drawing_.edges > 0 ? drawing_.edges : render_options{}.edges;
+  desktop_window desktop_;
+  std::optional<picture_texture> picture_;
+  pace pace_;
+  bool is_open_ = true, is_fitted_ = false, is_lost_ = true;
+  desktop_window::extent drawn_size_{};
+
+  std::mutex pending_mutex_;
+  std::optional<scene> pending_;  ///< Guarded by the mutex.
+  scene shown_;
+  std::map<std::string, bool> hidden_by_keys_;
+
+  view from_;
+  /// Focal length by the smaller side of the picture, of the last view that was not by parallel
+  /// rays.
+  double focal_share_ = 0.5 / std::tan(view_options{}.field_of_view / 2);
+  mouse_place mouse_;
+  std::optional<grab> grab_;
+  std::optional<click> last_click_;
+  std::map<key, std::function<void()>> actions_;
+  std::function<void(const picked&)> pick_action_;
+};
+
+bool can_open_window() {
+  try {
+    desktop_window probe{"cilantro", 1, 1, false};
+    probe.present([] { picture_texture{}; });
+    return true;
+  } catch (const window_error&) {
+    return false;
+  }
+}
+
+window::window(scene first, const window_options& options)
+    : screen_{std::make_unique<screen>(std::move(first), checked(options))} {}
+window::window(window&&) noexcept = default;
+window& window::operator=(window&&) noexcept = default;
+window::~window() = default;
+
+bool window::update() {
+  screen_->expect_own_thread("update");
+  return screen_->update();
+}
+void window::wait() {
+  screen_->expect_own_thread("wait");
+  screen_->wait();
+}
+void window::close() {
+  screen_->expect_own_thread("close");
+  screen_->close();
+}
+void window::show(scene next) {
+  screen_->show(std::move(next));
+}
+scene window::current() const {
+  screen_->expect_own_thread("current");
+  return screen_->current();
+}
+view window::seen() const {
+  screen_->expect_own_thread("seen");
+  return screen_->seen();
+}
+void window::look(const view& from) {
+  screen_->expect_own_thread("look");
+  screen_->look(from);
+}
+void window::on(key pressed, std::function<void()> action) {
+  screen_->expect_own_thread("on");
+  screen_->on(pressed, std::move(action));
+}
+void window::on_pick(std::function<void(const picked&)> action) {
+  screen_->expect_own_thread("on_pick");
+  screen_->on_pick(std::move(action));
+}
+
+void show(const scene& all, const window_options& options) {
+  window{all, options}.wait();
+}
+
+}  // namespace cilantro

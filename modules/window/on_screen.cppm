@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.window:on_screen;
+
+import cilantro.standard;
+import cilantro.visualization;
+import :key;
+
+namespace cilantro {
+
+/// There can be no window here: no display, no driver, or none that speaks OpenGL 3.3. The sentence
+/// says which, and what draws without one.
+export class window_error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Options of windows.
+export struct window_options {
+  std::string title = {};          ///< In UTF-8; if empty, the names of the layers at first.
+  int width = 1280, height = 720;  ///< As the desktop counts; fine screens have more pixels.
+  /// How scenes are drawn once nothing has changed for 0.15 s; until then without `.blend` and
+  /// `.supersampling`. The size is the window's, and `.width` and `.height` must be 0.
+  render_options drawing = {};
+};
+
+/// Whether a window can be opened here: it tries, with one that is not seen. Call it where windows
+/// may be made.
+export [[nodiscard]] bool can_open_window();
+
+/// A window that shows a scene, from where the mouse turns it. Drawn by `render`, so that it needs
+/// no graphics card. There may be several.
+///
+/// All windows of a program belong to the thread that made the first of them, until the last is
+/// gone. Only `show` may be called from any thread; the others throw `invalid_input` elsewhere. A
+/// window that was moved from may only be assigned to or destroyed.
+export class window {
+ public:
+  /// Opens a window. Throws `window_error`, and `invalid_input` for options that make no sense.
+  explicit window(scene first = {}, const window_options& options = {});
+  window(window&& other) noexcept;
+  window& operator=(window&& other) noexcept;
+  ~window();
+
+  /// Handles what the mouse, the keys and other threads did, draws if anything changed, and returns
+  /// at once: the body of a loop of yours, `while (w.update()) …`. False once the window is closed.
+  /// What callbacks throw comes from here, and so does what `render` throws.
+  bool update();
+  /// Updates until the window is closed, without using the processor while nothing happens. Other
+  /// windows stand still meanwhile.
+  void wait();
+  /// Closes the window, as the user may, too.
+  void close();
+
+  /// Shows another scene from the same view; the first that is not empty is fitted. May be called
+  /// from any thread while the window exists, and costs little: of scenes that come faster than
+  /// they are drawn, only the last is.
+  void show(scene next);
+  /// The scene that is shown, without the layers that were hidden by keys.
+  [[nodiscard]] scene current() const;
+
+  /// From where it is seen: `render(w.current(), w.seen())` is what is on the screen. The camera
+  /// has the size of the window in pixels.
+  [[nodiscard]] view seen() const;
+  /// Shows the scene from there. A camera of another size is scaled as by `render`. Throws
+  /// `invalid_input` for views that `orbit` or `render` do not accept.
+  void look(const view& from);
+
+  /// Calls `action` when the key is pressed without Ctrl, Alt or Super, instead of what the key
+  /// does by itself; an empty one leaves a key without effect.
+  void on(key pressed, std::function<void()> action);
+  /// Calls `action` with what was clicked; a click on the background is none.
+  void on_pick(std::function<void(const picked&)> action);
+
+ private:
+  class screen;
+  std::unique_ptr<screen> screen_;  // At one address, which the events know, also if it is moved.
+};
+
+}  // namespace cilantro

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+//
+// Windows and threads, idle windows, and machines where there can be no window.
+#include <doctest/doctest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <thread>
+
+import window_support;
+import cilantro.window;
+
+using namespace cilantro;
+
+namespace {
+
+const window_options small{.title = "threads", .width = 300, .height = 200};
+
+double processor_seconds() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  return double(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+         1e-6 * double(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+}
+
+}  // namespace
+
+TEST_CASE("another thread shows a thousand scenes while the window is updated") {
+  window w{{}, small};
+  const scene last = some_scene(0.5);
+  std::jthread other{[&] {
+    const scene one = some_scene();
+    for (int i = 0; i < 999; ++i) w.show(one);
+    w.show(last);
+  }};
+  CHECK(eventually(
+      [&] {
+        return w.current().layers().size() == 3 &&
+               w.current().layers()[0].content.get() == last.layers()[0].content.get();
+      },
+      w));
+  CHECK(eventually([&] { return is_on_screen(w); }, w));
+}
+
+TEST_CASE("a scene from another thread ends a wait") {
+  window w{{}, small};
+  std::jthread other{[&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds{300});
+    w.show(some_scene());
+    std::this_thread::sleep_for(std::chrono::milliseconds{300});
+    person_does(at_window("threads") + "mousemove --window %1 100 100 key --window 0 q");
+  }};
+  w.wait();
+  CHECK(w.current().layers().size() == 3);
+}
+
+TEST_CASE("all but show is for the thread that made the window, in words") {
+  window w{some_scene(), small};
+  std::string said;
+  int refused = 0;
+  std::jthread{[&] {
+    const auto refuses = [&](auto&& call) {
+      try {
+        call();
+      } catch (const invalid_input& error) {
+        said = error.what();
+        ++refused;
+      }
+    };
+    refuses([&] { (void)w.update(); });
+    refuses([&] { w.wait(); });
+    refuses([&] { w.close(); });
+    refuses([&] { (void)w.current(); });
+    refuses([&] { (void)w.seen(); });
+    refuses([&] { w.look({}); });
+    refuses([&] { w.on_pick({}); });
+    refuses([&] { w.on(key::a, {}); });
+    refuses([&] { const window another{{}, small}; });
+  }}.join();
+  CHECK(refused == 9);
+  CHECK(said.find("belong to the thread that made the first") != std::string::npos);
+}
+
+TEST_CASE("another thread may have windows when the last one is gone") {
+  {
+    const window w{some_scene(), small};
+  }
+  bool is_shown = false;
+  std::jthread{[&] {
+    window w{some_scene(), small};
+    is_shown = eventually([&] { return is_on_screen(w); }, w);
+  }}.join();
+  CHECK(is_shown);
+}
+
+TEST_CASE("a window that waits leaves the processor alone") {
+  window w{some_scene(), small};
+  REQUIRE(eventually([&] { return is_on_screen(w); }, w));
+  double used = 1;
+  std::jthread other{[&] {
+    std::this_thread::sleep_for(std::chrono::seconds{1});
+    const double before = processor_seconds();
+    std::this_thread::sleep_for(std::chrono::seconds{2});
+    used = processor_seconds() - before;
+    person_does(at_window("threads") + "mousemove --window %1 100 100 key --window 0 q");
+  }};
+  w.wait();
+  MESSAGE("processor seconds in two seconds: ", used);
+  CHECK(used < 0.02);
+}
+
+TEST_CASE("without a display, a sentence says so, and what draws without one") {
+  const std::string display = std::getenv("DISPLAY");
+  CHECK(can_open_window());
+  for (const char* name : {"", ":9999"}) {
+    if (*name != 0)
+      setenv("DISPLAY", name, 1);
+    else
+      unsetenv("DISPLAY");
+    CHECK(!can_open_window());
+    std::string said;
+    try {
+      const window w{some_scene(), small};
+    } catch (const window_error& error) {
+      said = error.what();
+    }
+    MESSAGE(said);
+    CHECK(said.find("X11") != std::string::npos);
+    CHECK(said.find("write_picture(") != std::string::npos);
+    CHECK(said.find("write_html(") != std::string::npos);
+  }
+  setenv("DISPLAY", display.c_str(), 1);
+  CHECK(can_open_window());
+}

@@ -14,6 +14,7 @@ module;
 #include <variant>
 module cilantro.window;
 
+import :background_picture;
 import :desktop;
 import :navigation;
 import :pace;
@@ -29,10 +30,11 @@ window_options checked(const window_options& options) {
       "window: .width and .height must be from 1 to 32768");
   expects(options.drawing.width == 0 && options.drawing.height == 0,
           "window: .drawing.width and .drawing.height must be 0: the size is that of the window");
+  expects(!options.drawing.monitor.progress && !options.drawing.monitor.stop.stop_possible(),
+          "window: .drawing.monitor must be empty: a window draws when it has to");
   // What pictures are refused for is found before there is a window.
   auto tiny = options.drawing;
   tiny.width = tiny.height = 1;
-  tiny.monitor = {};
   (void)render({}, {}, tiny);
   return options;
 }
@@ -135,7 +137,10 @@ class window::screen {
     event_time when;
   };
 
-  void note_change() { pace_.note_change(pace::clock::now()); }
+  void note_change() {
+    fine_picture_.give_up();
+    pace_.note_change(pace::clock::now());
+  }
   void set_view(const view& from) {
     from_ = from;
     note_change();
@@ -170,18 +175,23 @@ class window::screen {
     if (size.width == 0 || size.height == 0) return;  // Made an icon of.
     if (size != drawn_size_) note_change();
     drawn_size_ = size;
-    const auto now = pace::clock::now();
-    if (const auto due = pace_.until_due(now); due && due->count() == 0) {
-      is_lost_ = true;
-      const auto options = pace_.begin(drawing_, now);
-      const auto picture = render(shown_, seen(), options);
-      desktop_.present([&] {
-        picture_->set(picture);
-        picture_->draw();
-      });
-    } else if (is_lost_) {
-      desktop_.present([&] { picture_->draw(); });
+    if (const auto due = pace_.take_due(pace::clock::now())) {
+      const auto options = coarse(drawing_);
+      if (due == pace::picture::coarse)
+        put_on_screen(render(shown_, seen(), options));
+      else if (options.blend != drawing_.blend || options.supersampling != drawing_.supersampling)
+        fine_picture_.begin(shown_, seen(), drawing_);
+    } else if (const auto picture = fine_picture_.take()) {
+      put_on_screen(*picture);
     }
+    if (is_lost_) desktop_.present([&] { picture_->draw(); });
+    is_lost_ = false;
+  }
+  void put_on_screen(const image<rgb>& picture) {
+    desktop_.present([&] {
+      picture_->set(picture);
+      picture_->draw();
+    });
     is_lost_ = false;
   }
 
@@ -315,7 +325,8 @@ class window::screen {
   desktop_window desktop_;
   std::optional<picture_texture> picture_;
   pace pace_;
-  bool is_open_ = true, is_fitted_ = false, is_lost_ = true;
+  background_picture fine_picture_{desktop_window::wake};
+  bool is_open_ = true, is_fitted_ = false, is_lost_ = false;
   desktop_window::extent drawn_size_{};
 
   std::mutex pending_mutex_;

@@ -16,37 +16,42 @@ namespace cilantro {
 class pace {
  public:
   using clock = std::chrono::steady_clock;
+  enum class picture { coarse, fine };
 
   void note_change(clock::time_point now) {
     last_change_ = now;
-    is_stale_ = true;
+    due_ = picture::coarse;
   }
 
-  /// How long until the next picture is due, if there is any.
+  /// How long until the next picture is due, if one is.
   [[nodiscard]] std::optional<clock::duration> until_due(clock::time_point now) const {
-    if (is_stale_) return clock::duration::zero();
-    if (is_fine_) return std::nullopt;
+    if (!due_) return std::nullopt;
+    if (due_ == picture::coarse) return clock::duration::zero();
     return std::max(last_change_ + rest - now, clock::duration::zero());
   }
 
-  /// What the picture that is due is drawn with. From now on it counts as drawn.
-  [[nodiscard]] render_options begin(const render_options& wanted, clock::time_point now) {
-    is_stale_ = false;
-    auto options = wanted;
-    if (now - last_change_ < rest) {
-      options.blend = false;
-      options.supersampling = 1;
-    }
-    is_fine_ = options.blend == wanted.blend && options.supersampling == wanted.supersampling;
-    return options;
+  /// The picture that is due, if one is. From now on it counts as drawn.
+  [[nodiscard]] std::optional<picture> take_due(clock::time_point now) {
+    const auto time = until_due(now);
+    if (!time || time->count() > 0) return std::nullopt;
+    const auto taken = due_;
+    due_.reset();
+    if (taken == picture::coarse) due_ = picture::fine;
+    return taken;
   }
 
  private:
   static constexpr clock::duration rest = std::chrono::milliseconds{150};
 
   clock::time_point last_change_;
-  bool is_stale_ = true;
-  bool is_fine_ = false;  ///< Whether the last picture was drawn as it should be.
+  std::optional<picture> due_ = picture::coarse;
 };
+
+/// What a coarse picture is drawn with in place of what was asked for.
+[[nodiscard]] render_options coarse(render_options wanted) {
+  wanted.blend = false;
+  wanted.supersampling = 1;
+  return wanted;
+}
 
 }  // namespace cilantro

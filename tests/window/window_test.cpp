@@ -3,6 +3,7 @@
 // Windows, held against what is on the screen.
 #include <doctest/doctest.h>
 
+#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -114,6 +115,29 @@ TEST_CASE("a window is closed by close, and stays so") {
   w.wait();
 }
 
+TEST_CASE("a window may go while a picture of it is drawn") {
+  for (int i = 0; i < 3; ++i) {
+    window w{some_scene(), {.width = 640, .height = 480, .drawing = {.supersampling = 8}}};
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds{200};
+    while (std::chrono::steady_clock::now() < end) w.update();
+  }
+}
+
+TEST_CASE("what is wrong with the picture that is drawn last comes from update, once") {
+  window w{some_scene(), {.width = 1400, .height = 900, .drawing = {.supersampling = 8}}};
+  std::string said;
+  CHECK(eventually([&] {
+    try {
+      w.update();
+    } catch (const invalid_input& error) {
+      said = error.what();
+    }
+    return !said.empty();
+  }));
+  CHECK(said.find("the picture is larger") != std::string::npos);
+  CHECK(w.update());
+}
+
 TEST_CASE("a step shows a cloud until the window is closed, and hands it on") {
   // No other thread has windows: a person closes the one that is there.
   point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf::Random(3, 200)};
@@ -134,6 +158,8 @@ TEST_CASE("options that make no sense are refused") {
   CHECK_THROWS_AS((window{{}, {.height = 1 << 20}}), invalid_input);
   CHECK_THROWS_AS((window{{}, {.drawing = {.width = 100, .height = 100}}}), invalid_input);
   CHECK_THROWS_AS((window{{}, {.drawing = {.supersampling = 9}}}), invalid_input);
+  CHECK_THROWS_AS((window{{}, {.drawing = {.monitor = {.progress = [](double) {}}}}}),
+                  invalid_input);
   window w{some_scene(), small};
   view wrong = w.seen();
   wrong.up = wrong.ahead();

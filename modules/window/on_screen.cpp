@@ -176,16 +176,31 @@ class window::screen {
     if (size != drawn_size_) note_change();
     drawn_size_ = size;
     if (const auto due = pace_.take_due(pace::clock::now())) {
-      const auto options = coarse(drawing_);
       if (due == pace::picture::coarse)
-        put_on_screen(render(shown_, seen(), options));
-      else if (options.blend != drawing_.blend || options.supersampling != drawing_.supersampling)
+        draw_coarsely();
+      else if (!is_as_wanted_)
         fine_picture_.begin(shown_, seen(), drawing_);
     } else if (const auto picture = fine_picture_.take()) {
       put_on_screen(*picture);
     }
     if (is_lost_) desktop_.present([&] { picture_->draw(); });
     is_lost_ = false;
+  }
+  void draw_coarsely() {
+    const auto options = coarse_.of(drawing_, points_shown());
+    is_as_wanted_ = options.blend == drawing_.blend &&
+                    options.supersampling == drawing_.supersampling &&
+                    options.point_budget == drawing_.point_budget;
+    const auto begin = pace::clock::now();
+    put_on_screen(render(shown_, seen(), options));
+    coarse_.note_time(pace::clock::now() - begin);
+  }
+  [[nodiscard]] index_t points_shown() const {
+    index_t n = 0;
+    for (const auto& layer : shown_.layers())
+      if (!layer.is_hidden)
+        for (const auto& batch : layer.content->points()) n += batch.points.cols();
+    return n;
   }
   void put_on_screen(const image<rgb>& picture) {
     desktop_.present([&] {
@@ -325,6 +340,8 @@ class window::screen {
   desktop_window desktop_;
   std::optional<picture_texture> picture_;
   pace pace_;
+  coarse_drawing coarse_;
+  bool is_as_wanted_ = true;  ///< Whether the last picture needs no finer one.
   background_picture fine_picture_{desktop_window::wake};
   bool is_open_ = true, is_fitted_ = false, is_lost_ = false;
   desktop_window::extent drawn_size_{};

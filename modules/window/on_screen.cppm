@@ -19,7 +19,8 @@ export struct window_options {
   std::string title = {};          ///< In UTF-8; if empty, the names of the layers at first.
   int width = 1280, height = 720;  ///< As the desktop counts; fine screens have more pixels.
   /// How scenes are drawn once nothing has changed for 0.15 s; until then without `.blend` and
-  /// `.supersampling`. `.width` and `.height` must be 0, since the size is the window's, and
+  /// `.supersampling`, and with as many points as there is time for thirty times a second. `.width`
+  /// and `.height` must be 0, since the size is the window's, and
   /// `.monitor` empty.
   render_options drawing = {};
 };

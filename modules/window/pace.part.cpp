@@ -4,6 +4,7 @@
 module;
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <optional>
 module cilantro.window:pace;
 
@@ -47,11 +48,35 @@ class pace {
   std::optional<picture> due_ = picture::coarse;
 };
 
-/// What a coarse picture is drawn with in place of what was asked for.
-[[nodiscard]] render_options coarse(render_options wanted) {
-  wanted.blend = false;
-  wanted.supersampling = 1;
-  return wanted;
-}
+/// What coarse pictures are drawn with, so that there are thirty in a second.
+class coarse_drawing {
+ public:
+  /// In place of what was asked for, of a scene with so many points.
+  [[nodiscard]] render_options of(render_options wanted, index_t points) {
+    wanted.blend = false;
+    wanted.supersampling = 1;
+    if (wanted.point_budget > 0) points = std::min(points, wanted.point_budget);
+    drawn_ = std::min(points, budget_);
+    is_all_ = drawn_ == points;
+    if (!is_all_) wanted.point_budget = drawn_;
+    return wanted;
+  }
+  /// How long the last one took. What it could have drawn in time is the budget of the next.
+  void note_time(std::chrono::duration<double> took) {
+    const double possible = double(drawn_) * (aim / std::max(took, aim / 16));
+    // One picture in time says little about those of more points; one too late says enough.
+    if (took > aim)
+      budget_ = std::max(least, index_t(0.9 * possible));
+    else if (took < aim / 2 && !is_all_)
+      budget_ = std::min(index_t(possible), 2 * drawn_);
+  }
+
+ private:
+  static constexpr std::chrono::duration<double> aim{1 / 30.};
+  static constexpr index_t least = 50'000;
+
+  index_t budget_ = std::numeric_limits<index_t>::max(), drawn_ = 0;
+  bool is_all_ = true;
+};
 
 }  // namespace cilantro

@@ -221,6 +221,7 @@ class desktop_window {
     return result;
   }
   void hide() { glfwHideWindow(handle_.get()); }
+  void set_title(const std::string& title) { glfwSetWindowTitle(handle_.get(), title.c_str()); }
 
   /// Lets GLFW note what happened to all windows.
   static void note_events() { glfwPollEvents(); }

@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -19,6 +20,7 @@ import :desktop;
 import :navigation;
 import :pace;
 import :picture_texture;
+import :recording;
 
 namespace cilantro {
 namespace {
@@ -57,6 +59,7 @@ class window::screen {
  public:
   screen(scene first, const window_options& options)
       : drawing_{options.drawing},
+        can_turn_{options.can_turn},
         desktop_{title_of(first, options), options.width, options.height},
         pending_{std::move(first)} {
     desktop_.present([&] { picture_.emplace(); });
@@ -77,17 +80,25 @@ class window::screen {
       std::visit([&](const auto& what) { handle(what); }, *event);
     }
     take_scene();
-    if (is_open_) draw();
+    if (is_open_) {
+      draw();
+      say_what_is_under_the_mouse();
+      if (film_) film_->catch_up();
+    } else if (film_) {
+      stop_recording();
+    }
     return is_open_;
   }
   void wait() {
-    while (update()) {
-      // Whatever happens ends a wait, so its length is of no importance.
-      constexpr std::chrono::duration<double> longest{10};
-      std::chrono::duration<double> time = longest;
-      if (const auto due = pace_.until_due(pace::clock::now())) time = *due;
-      desktop_window::wait_for_events(time.count());
-    }
+    while (update()) wait_for_change();
+  }
+  void wait_for_change() {
+    if (!is_open_) return;
+    // Whatever happens ends a wait, so its length is of no importance.
+    constexpr std::chrono::duration<double> longest{10};
+    std::chrono::duration<double> time = longest;
+    if (const auto due = pace_.until_due(pace::clock::now())) time = *due;
+    desktop_window::wait_for_events(time.count());
   }
   void close() {
     is_open_ = false;
@@ -121,6 +132,21 @@ class window::screen {
 
   void on(key pressed, std::function<void()> action) { actions_[pressed] = std::move(action); }
   void on_pick(std::function<void(const picked&)> action) { pick_action_ = std::move(action); }
+  void on_hover(std::function<void(const std::optional<picked>&)> action) {
+    hover_action_ = std::move(action);
+  }
+  void set_title(const std::string& title) { desktop_.set_title(title); }
+
+  void record(const std::filesystem::path& path, const video_options& options) {
+    expects(!film_, "window: a film is in the making; stop_recording ends it");
+    film_.emplace(path, options, render(current(), seen(), drawing_));
+  }
+  void stop_recording() {
+    expects(film_.has_value(), "window: there is no film in the making");
+    auto film = *std::exchange(film_, std::nullopt);
+    film.finish();
+  }
+  [[nodiscard]] bool is_recording() const { return film_.has_value(); }
 
  private:
   /// A button that is down, and the view at that time.
@@ -203,11 +229,23 @@ class window::screen {
     return n;
   }
   void put_on_screen(const image<rgb>& picture) {
+    if (film_) record(picture);
     desktop_.present([&] {
       picture_->set(picture);
       picture_->draw();
     });
     is_lost_ = false;
+  }
+
+  void record(const image<rgb>& picture) {
+    if (picture.width() == film_->width() && picture.height() == film_->height()) {
+      film_->add(picture);
+    } else {
+      auto options = drawing_;
+      options.width = film_->width();
+      options.height = film_->height();
+      film_->add(render(shown_, seen(), options));
+    }
   }
 
   // ---- The mouse ----------------------------------------------------------------------------
@@ -217,7 +255,7 @@ class window::screen {
                            what.when - last_click_->when < std::chrono::milliseconds{400} &&
                            between(what.at, last_click_->at) <= still;
     grab_ = grab{.button = what.button,
-                 .pans = what.button != mouse_button::left || what.with_shift,
+                 .pans = what.button != mouse_button::left || what.with_shift || !can_turn_,
                  .at = what.at,
                  .from = seen(),
                  .is_second_click = is_second};
@@ -227,6 +265,7 @@ class window::screen {
   }
   void handle(const mouse_moved& what) {
     mouse_ = what.to;
+    is_hover_known_ = false;
     if (!grab_ || (grab_->is_click && between(what.to, grab_->at) <= still)) return;
     grab_->is_click = false;
     const auto size = desktop_.size();
@@ -256,6 +295,12 @@ class window::screen {
   void handle(const wheel_turned& what) {
     set_view(zoomed(seen(), what.steps));
     grab_anew();
+  }
+  void say_what_is_under_the_mouse() {
+    if (!hover_action_ || grab_ || std::exchange(is_hover_known_, true)) return;
+    // A copy, since it may set another one.
+    const auto action = hover_action_;
+    action(picked_at(mouse_));
   }
   /// What was done to the view is kept while the mouse goes on.
   void grab_anew() {
@@ -336,6 +381,7 @@ class window::screen {
 
   std::thread::id owner_ = std::this_thread::get_id();
   render_options drawing_;
+  bool can_turn_;
   double edges_ = drawing_.edges > 0 ? drawing_.edges : render_options{}.edges;
   desktop_window desktop_;
   std::optional<picture_texture> picture_;
@@ -360,6 +406,9 @@ class window::screen {
   std::optional<click> last_click_;
   std::map<key, std::function<void()>> actions_;
   std::function<void(const picked&)> pick_action_;
+  std::function<void(const std::optional<picked>&)> hover_action_;
+  bool is_hover_known_ = true;
+  std::optional<recording> film_;
 };
 
 bool can_open_window() {
@@ -385,6 +434,10 @@ bool window::update() {
 void window::wait() {
   screen_->expect_own_thread("wait");
   screen_->wait();
+}
+void window::wait_for_change() {
+  screen_->expect_own_thread("wait_for_change");
+  screen_->wait_for_change();
 }
 void window::close() {
   screen_->expect_own_thread("close");
@@ -412,6 +465,27 @@ void window::on(key pressed, std::function<void()> action) {
 void window::on_pick(std::function<void(const picked&)> action) {
   screen_->expect_own_thread("on_pick");
   screen_->on_pick(std::move(action));
+}
+
+void window::on_hover(std::function<void(const std::optional<picked>&)> action) {
+  screen_->expect_own_thread("on_hover");
+  screen_->on_hover(std::move(action));
+}
+void window::set_title(const std::string& title) {
+  screen_->expect_own_thread("set_title");
+  screen_->set_title(title);
+}
+void window::record(const std::filesystem::path& path, const video_options& options) {
+  screen_->expect_own_thread("record");
+  screen_->record(path, options);
+}
+void window::stop_recording() {
+  screen_->expect_own_thread("stop_recording");
+  screen_->stop_recording();
+}
+bool window::is_recording() const {
+  screen_->expect_own_thread("is_recording");
+  return screen_->is_recording();
 }
 
 void show(const scene& all, const window_options& options) {

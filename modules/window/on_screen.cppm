@@ -23,6 +23,8 @@ export struct window_options {
   /// and `.height` must be 0, since the size is the window's, and
   /// `.monitor` empty.
   render_options drawing = {};
+  /// Whether dragging turns what is seen; otherwise it moves it, as the right button does.
+  bool can_turn = true;
 };
 
 /// Whether a window can be opened here: it tries, with one that is not seen. Call it where windows
@@ -50,6 +52,9 @@ export class window {
   /// Updates until the window is closed, without using the processor while nothing happens. Other
   /// windows stand still meanwhile.
   void wait();
+  /// Waits until there is something to update, such as a mouse that was moved or a scene that was
+  /// shown, for a loop of yours that has nothing else to do.
+  void wait_for_change();
   /// Closes the window, as the user may, too.
   void close();
 
@@ -72,6 +77,19 @@ export class window {
   void on(key pressed, std::function<void()> action);
   /// Calls `action` with what was clicked; a click on the background is none.
   void on_pick(std::function<void(const picked&)> action);
+  /// Calls `action` with what is under the mouse after it was moved, nothing over the background.
+  /// Finding it takes as long as `pick` does.
+  void on_hover(std::function<void(const std::optional<picked>&)> action);
+  void set_title(const std::string& title);
+
+  /// From now on, what is on the screen becomes a film, in the size that the window has now, as
+  /// long as it is there to be seen. Throws as `video` does, and `invalid_input` while there is a
+  /// film in the making.
+  void record(const std::filesystem::path& path, const video_options& options = {});
+  /// Ends the film; so does closing the window. Without either, nothing remains of it. Throws as
+  /// `video::finish` does, and `invalid_input` if there is none.
+  void stop_recording();
+  [[nodiscard]] bool is_recording() const;
 
  private:
   class screen;

@@ -6,4 +6,5 @@ export module cilantro.window;
 export import cilantro.visualization;
 export import :key;
 export import :on_screen;
+export import :image_viewer;
 export import :show;

@@ -7,6 +7,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -22,6 +23,15 @@ using namespace cilantro;
 /// last.
 export bool person_does(const std::string& what) {
   return std::system(("timeout 60 xdotool " + what + " > /dev/null").c_str()) == 0;
+}
+/// The first line of what xdotool says.
+export std::string answer_of(const std::string& question) {
+  std::FILE* const says = ::popen(("timeout 60 xdotool " + question).c_str(), "r");
+  std::array<char, 256> line{};
+  if (!std::fgets(line.data(), int(line.size()), says)) line[0] = '\0';
+  ::pclose(says);
+  const std::string answer{line.data()};
+  return answer.substr(0, answer.find('\n'));
 }
 /// Finds the window of that title, once it is there.
 export std::string at_window(const std::string& title) {
@@ -39,7 +49,8 @@ bool eventually(F&& holds, Windows&... windows) {
   return true;
 }
 /// Updates a window while a person does something, and until what was done has arrived.
-export bool while_person_does(window& w, const std::string& what) {
+export template <class Window>
+bool while_person_does(Window& w, const std::string& what) {
   auto done = std::async(std::launch::async, [&] { return person_does(what); });
   eventually([&] { return done.wait_for(std::chrono::seconds{0}) == std::future_status::ready; },
              w);

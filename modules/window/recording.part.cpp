@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+//
+// Films of what a window shows. Internal.
+module;
+#include <chrono>
+#include <filesystem>
+#include <utility>
+module cilantro.window:recording;
+
+import cilantro.visualization;
+
+namespace cilantro {
+
+/// A film of pictures that come when they come: each is shown until the next, however long that is.
+class recording {
+ public:
+  using clock = std::chrono::steady_clock;
+
+  recording(const std::filesystem::path& path, const video_options& options, image<rgb> first)
+      : film_{path, options}, seconds_{1 / options.frames_per_second}, seen_{std::move(first)} {
+    film_.add(seen_);
+  }
+  [[nodiscard]] int width() const { return seen_.width(); }
+  [[nodiscard]] int height() const { return seen_.height(); }
+
+  /// Repeats the last picture until now.
+  void catch_up() {
+    const auto due = static_cast<long long>((clock::now() - begin_) / seconds_);
+    for (; frames_ < due; ++frames_) film_.add(seen_);
+  }
+  void add(image<rgb> next) {
+    catch_up();
+    seen_ = std::move(next);
+  }
+  void finish() {
+    catch_up();
+    film_.add(seen_);
+    film_.finish();
+  }
+
+ private:
+  video film_;
+  std::chrono::duration<double> seconds_;  ///< Of a frame.
+  image<rgb> seen_;
+  clock::time_point begin_ = clock::now();
+  long long frames_ = 1;
+};
+
+}  // namespace cilantro

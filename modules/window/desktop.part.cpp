@@ -238,13 +238,19 @@ class desktop_window {
     return first;
   }
 
-  /// Runs `draw` with the context of this window, and shows what it has drawn.
-  void present(auto&& draw) {
+  /// Calls a function with the context of this window.
+  void with_context(auto&& call) {
     const context_of_caller restore;
     glfwMakeContextCurrent(handle_.get());
     glfwSwapInterval(0);  // Several windows would wait one after the other.
-    draw();
-    glfwSwapBuffers(handle_.get());
+    call();
+  }
+  /// Shows what `draw` draws.
+  void present(auto&& draw) {
+    with_context([&] {
+      draw();
+      glfwSwapBuffers(handle_.get());
+    });
   }
 
  private:

@@ -23,6 +23,10 @@ using namespace cilantro;
 export bool person_does(const std::string& what) {
   return std::system(("timeout 60 xdotool " + what + " > /dev/null").c_str()) == 0;
 }
+/// Lays out the keyboard as in a country, by what Xvfb depends on.
+export bool has_keyboard(const std::string& country) {
+  return std::system(("setxkbmap " + country).c_str()) == 0;
+}
 /// Finds the window of that title, once it is there.
 export std::string at_window(const std::string& title) {
   return "search --sync --onlyvisible --name '^" + title + "$' ";

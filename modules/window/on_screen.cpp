@@ -17,6 +17,7 @@ module cilantro.window;
 
 import :background_picture;
 import :desktop;
+import :mouse;
 import :navigation;
 import :pace;
 import :picture_texture;
@@ -48,10 +49,6 @@ std::string title_of(const scene& all, const window_options& options) {
   return names.empty() ? "cilantro" : names;
 }
 
-double between(const mouse_place& a, const mouse_place& b) {
-  return std::hypot(a.x - b.x, a.y - b.y);
-}
-
 }  // namespace
 
 /// What a window is, at an address that stays.
@@ -59,10 +56,10 @@ class window::screen {
  public:
   screen(scene first, const window_options& options)
       : drawing_{options.drawing},
-        can_turn_{options.can_turn},
         desktop_{title_of(first, options), options.width, options.height},
+        mouse_{options.can_turn},
         pending_{std::move(first)} {
-    desktop_.present([&] { picture_.emplace(); });
+    desktop_.with_context([&] { picture_.emplace(); });
     from_ = fit({}, fitting());
   }
 
@@ -126,8 +123,7 @@ class window::screen {
     (void)orbit(from, {});
     (void)render({}, from, {.width = 1, .height = 1});
     is_fitted_ = true;
-    set_view(from);
-    grab_anew();
+    change_view(from);
   }
 
   void on(key pressed, std::function<void()> action) { actions_[pressed] = std::move(action); }
@@ -149,20 +145,6 @@ class window::screen {
   [[nodiscard]] bool is_recording() const { return film_.has_value(); }
 
  private:
-  /// A button that is down, and the view at that time.
-  struct grab {
-    mouse_button button;
-    bool pans;
-    mouse_place at;
-    view from;
-    bool is_click = true;  ///< Until the mouse is moved.
-    bool is_second_click;
-  };
-  struct click {
-    mouse_place at;
-    event_time when;
-  };
-
   void note_change() {
     fine_picture_.give_up();
     pace_.note_change(pace::clock::now());
@@ -170,6 +152,11 @@ class window::screen {
   void set_view(const view& from) {
     from_ = from;
     note_change();
+  }
+  /// As above, by something else than a drag.
+  void change_view(const view& from) {
+    set_view(from);
+    mouse_.go_on_from(seen());
   }
   [[nodiscard]] view_options fitting() const {
     view_options options{.orthographic = from_.orthographic};
@@ -248,74 +235,39 @@ class window::screen {
     }
   }
 
-  // ---- The mouse ----------------------------------------------------------------------------
-  void handle(const mouse_pressed& what) {
-    if (grab_) return;
-    const bool is_second = last_click_ && what.button == mouse_button::left &&
-                           what.when - last_click_->when < std::chrono::milliseconds{400} &&
-                           between(what.at, last_click_->at) <= still;
-    grab_ = grab{.button = what.button,
-                 .pans = what.button != mouse_button::left || what.with_shift || !can_turn_,
-                 .at = what.at,
-                 .from = seen(),
-                 .is_second_click = is_second};
-    last_click_.reset();
-    if (what.button == mouse_button::left) last_click_ = click{what.at, what.when};
-    mouse_ = what.at;
-  }
+  void handle(const mouse_pressed& what) { mouse_.press(what, seen()); }
   void handle(const mouse_moved& what) {
-    mouse_ = what.to;
-    is_hover_known_ = false;
-    if (!grab_ || (grab_->is_click && between(what.to, grab_->at) <= still)) return;
-    grab_->is_click = false;
-    const auto size = desktop_.size();
-    const auto pixels = desktop_.size_in_pixels();
-    // From where the button was pressed, so that the way there does not matter.
-    const double right = what.to.x - grab_->at.x, down = what.to.y - grab_->at.y;
-    if (grab_->pans)
-      set_view(pan(grab_->from, {.right = right * pixels.width / size.width,
-                                 .down = down * pixels.height / size.height}));
-    else
-      set_view(turned(grab_->from, right, down, size.width));
+    if (const auto dragged = mouse_.move(what, scale())) set_view(*dragged);
   }
   void handle(const mouse_released& what) {
-    if (!grab_ || grab_->button != what.button) return;
-    const auto done = *std::exchange(grab_, std::nullopt);
-    if (!done.is_click || done.button != mouse_button::left) {
-      last_click_.reset();
-      return;
-    }
-    if (done.is_second_click) {
-      last_click_.reset();
-      if (const auto found = picked_at(what.at)) set_view(centered_on(seen(), found->place));
-    } else if (const auto action = pick_action_) {
-      if (const auto found = picked_at(what.at)) action(*found);
-    }
+    const auto click = mouse_.release(what);
+    const auto action = pick_action_;
+    if (click == mouse::click::none || (click == mouse::click::single && !action)) return;
+    const auto found = picked_at(what.at);
+    if (!found) return;
+    if (click == mouse::click::twice)
+      set_view(centered_on(seen(), found->place));
+    else
+      action(*found);
   }
-  void handle(const wheel_turned& what) {
-    set_view(zoomed(seen(), what.steps));
-    grab_anew();
-  }
+  void handle(const wheel_turned& what) { change_view(zoomed(seen(), what.steps)); }
   void say_what_is_under_the_mouse() {
-    if (!hover_action_ || grab_ || std::exchange(is_hover_known_, true)) return;
+    if (!hover_action_ || mouse_.is_down() || !mouse_.take_moved()) return;
     // A copy, since it may set another one.
     const auto action = hover_action_;
-    action(picked_at(mouse_));
-  }
-  /// What was done to the view is kept while the mouse goes on.
-  void grab_anew() {
-    if (!grab_) return;
-    grab_->at = mouse_;
-    grab_->from = seen();
+    action(picked_at(mouse_.place()));
   }
   [[nodiscard]] std::optional<picked> picked_at(const mouse_place& at) {
-    const auto size = desktop_.size();
-    const auto pixels = desktop_.size_in_pixels();
-    return pick(shown_, seen(), std::floor(at.x * pixels.width / size.width),
-                std::floor(at.y * pixels.height / size.height), {.threads = drawing_.threads});
+    const auto in_pixels = scale();
+    return pick(shown_, seen(), std::floor(at.x * in_pixels.pixels_right),
+                std::floor(at.y * in_pixels.pixels_down), {.threads = drawing_.threads});
+  }
+  [[nodiscard]] mouse_scale scale() const {
+    const auto size = desktop_.size(), pixels = desktop_.size_in_pixels();
+    return {double(pixels.width) / size.width, double(pixels.height) / size.height,
+            double(size.width)};
   }
 
-  // ---- The keys -----------------------------------------------------------------------------
   void handle(const key_pressed& what) {
     if (const auto own = actions_.find(what.pressed); own != actions_.end()) {
       // A copy, since it may set another one.
@@ -328,8 +280,7 @@ class window::screen {
     }
     switch (what.pressed) {
       case key::r:
-        set_view(fit(current(), fitting()));
-        grab_anew();
+        change_view(fit(current(), fitting()));
         break;
       case key::o:
         change_rays();
@@ -366,22 +317,16 @@ class window::screen {
     const double smaller = std::min(now.camera.width, now.camera.height);
     if (!now.orthographic) {
       focal_share_ = now.camera.fx / smaller;
-      set_view(by_parallel_rays(now));
+      change_view(by_parallel_rays(now));
     } else {
-      set_view(from_an_eye(now, focal_share_ * smaller));
+      change_view(from_an_eye(now, focal_share_ * smaller));
     }
-    grab_anew();
   }
-
-  // ---- What is left to handle -----------------------------------------------------------------
   void handle(const picture_lost&) { is_lost_ = true; }
   void handle(const close_wanted&) { close(); }
 
-  static constexpr double still = 3;  ///< How far the mouse is moved by a click at most.
-
   std::thread::id owner_ = std::this_thread::get_id();
   render_options drawing_;
-  bool can_turn_;
   double edges_ = drawing_.edges > 0 ? drawing_.edges : render_options{}.edges;
   desktop_window desktop_;
   std::optional<picture_texture> picture_;
@@ -401,20 +346,17 @@ class window::screen {
   /// Focal length by the smaller side of the picture, of the last view that was not by parallel
   /// rays.
   double focal_share_ = 0.5 / std::tan(view_options{}.field_of_view / 2);
-  mouse_place mouse_;
-  std::optional<grab> grab_;
-  std::optional<click> last_click_;
+  mouse mouse_;
   std::map<key, std::function<void()>> actions_;
   std::function<void(const picked&)> pick_action_;
   std::function<void(const std::optional<picked>&)> hover_action_;
-  bool is_hover_known_ = true;
   std::optional<recording> film_;
 };
 
 bool can_open_window() {
   try {
     desktop_window probe{"cilantro", 1, 1, false};
-    probe.present([] { picture_texture{}; });
+    probe.with_context([] { picture_texture{}; });
     return true;
   } catch (const window_error&) {
     return false;

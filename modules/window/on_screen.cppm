@@ -73,7 +73,8 @@ export class window {
   void look(const view& from);
 
   /// Calls `action` when the key is pressed without Ctrl, Alt or Super, instead of what the key
-  /// does by itself; an empty one leaves a key without effect.
+  /// does by itself; an empty one leaves a key without effect. It may call anything of the window,
+  /// but not destroy it.
   void on(key pressed, std::function<void()> action);
   /// Calls `action` with what was clicked; a click on the background is none.
   void on_pick(std::function<void(const picked&)> action);

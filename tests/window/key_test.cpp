@@ -106,6 +106,22 @@ TEST_CASE("keys do what they are told to, in the order in which they are pressed
   CHECK(!w.current().layers()[0].is_hidden);
 }
 
+TEST_CASE("keys are meant by what is written on them, and digits also where these need Shift") {
+  REQUIRE(has_keyboard("fr"));
+  {
+    window w{some_scene(), options};
+    std::string pressed;
+    w.on(key::a, [&] { pressed += "a"; });
+    w.on(key::q, [&] { pressed += "q"; });
+    w.on(key::m, [&] { pressed += "m"; });
+    w.on(key::digit_1, [&] { pressed += "1"; });
+    REQUIRE(while_person_does(w, press("a q m ampersand")));
+    CHECK(eventually([&] { return pressed.size() == 4; }, w));
+    CHECK(pressed == "aqm1");
+  }
+  REQUIRE(has_keyboard("us"));
+}
+
 TEST_CASE("what a key throws comes from update, and what was pressed after it is not lost") {
   window w{some_scene(), options};
   bool is_pressed = false;

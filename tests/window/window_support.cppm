@@ -33,6 +33,10 @@ export std::string answer_of(const std::string& question) {
   const std::string answer{line.data()};
   return answer.substr(0, answer.find('\n'));
 }
+/// Lays out the keyboard as in a country, by what Xvfb depends on.
+export bool has_keyboard(const std::string& country) {
+  return std::system(("setxkbmap " + country).c_str()) == 0;
+}
 /// Finds the window of that title, once it is there.
 export std::string at_window(const std::string& title) {
   return "search --sync --onlyvisible --name '^" + title + "$' ";

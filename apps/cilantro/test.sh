@@ -159,6 +159,22 @@ expect 2 'try --help' "$cilantro" picture scan.ply -o turn.png --frames-per-seco
 expect 1 'no attribute "x", but' "$cilantro" picture parts.ply -o seen.png --color attribute:x
 expect 1 'the color must be' "$cilantro" picture parts.ply -o seen.png --color blue
 expect 1 'missing.ply: cannot be read' "$cilantro" picture missing.ply -o seen.png
+expect 0 'a page is in seen.html' "$cilantro" html scan.ply plane.xyz -o seen.html --color z --title 'two <b>'
+head -c 15 seen.html | grep -q '<!DOCTYPE html>' || fail 'the page is no HTML file'
+grep -q '<title>two &lt;b></title>' seen.html || fail 'the page has another title'
+grep -q '"name":"plane.xyz"' seen.html || fail 'the page lacks a layer'
+expect 1 'must end in .html' "$cilantro" html scan.ply -o seen.htm
+expect 1 'missing.ply: cannot be read' "$cilantro" html missing.ply -o seen.html
+expect 0 '' "$cilantro" run plane.xyz normals=knn:8 --html run.html --quiet
+expect 0 'clusters' "$cilantro" segment plane.xyz --min-size 10 --html parts.html
+expect 0 'overlap' "$cilantro" align scan.ply scan.ply --voxel 0.03 --max-distance 0.2 --html both.html
+for page in run parts both; do
+  head -c 15 $page.html | grep -q '<!DOCTYPE html>' || fail "$page.html is no page"
+done
+# Files are complete before there is a window, or none.
+rm -f seen.png
+expect 1 'picture' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" run plane.xyz --picture seen.png --show --quiet
+head -c 4 seen.png | grep -q PNG || fail 'the picture is not there'
 # Without a display, or without windows at all, it says what draws into a file.
 expect 1 'picture' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" view scan.ply --color z --quiet
 expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --size 0,10

@@ -30,6 +30,13 @@ constexpr char page[] = {
 #pragma clang diagnostic pop
     '\0'};
 
+constexpr char shaders[] = {
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wc23-extensions"
+#embed "shaders.glsl" suffix(, )
+#pragma clang diagnostic pop
+    '\0'};
+
 /// What the page reads: a description of the scene as JSON, and streams that it counts.
 class page_content {
  public:
@@ -262,7 +269,8 @@ void write_html(const scene& all, const view& from, const std::filesystem::path&
   content << "}";
 
   const auto [head, behind_title] = parted_at(page, "<!-- title -->");
-  const auto [body, script] = parted_at(behind_title, "<!-- scene -->");
+  const auto [body, behind_scene] = parted_at(behind_title, "<!-- scene -->");
+  const auto [between, script] = parted_at(behind_scene, "<!-- shaders -->");
   try {
     detail::output_file file{path};
     const auto put = [&](std::string_view text) { file.write(text.data(), text.size()); };
@@ -278,6 +286,8 @@ void write_html(const scene& all, const view& from, const std::filesystem::path&
       put(stream);
       put("</script>\n");
     }
+    put(between);
+    put(shaders);
     put(script);
     file.commit();
   } catch (const std::system_error& error) {

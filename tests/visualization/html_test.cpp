@@ -307,7 +307,7 @@ TEST_CASE("names and texts stay texts, whatever they are") {
   const std::string text = text_of(folder / "page.html");
   CHECK(count(text, "alert") == 4);
   CHECK(count(text, "<script>alert") == 0);
-  CHECK(count(text, "</script>") == 2);  // Of the scene, and of the page.
+  CHECK(count(text, "</script>") == 3);  // Of the scene, of the shaders, and of the page.
 }
 
 TEST_CASE("a page begins with the view, the layers and the legends that it is given") {

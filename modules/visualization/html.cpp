@@ -30,13 +30,6 @@ constexpr char page[] = {
 #pragma clang diagnostic pop
     '\0'};
 
-constexpr char shaders[] = {
-#pragma clang diagnostic push
-#pragma clang diagnostic ignored "-Wc23-extensions"
-#embed "shaders.glsl" suffix(, )
-#pragma clang diagnostic pop
-    '\0'};
-
 /// What the page reads: a description of the scene as JSON, and streams that it counts.
 class page_content {
  public:
@@ -287,7 +280,7 @@ void write_html(const scene& all, const view& from, const std::filesystem::path&
       put("</script>\n");
     }
     put(between);
-    put(shaders);
+    put(shader_text());
     put(script);
     file.commit();
   } catch (const std::system_error& error) {

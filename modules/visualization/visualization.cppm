@@ -15,3 +15,4 @@ export import :picture;
 export import :html;
 export import :images;
 export import :video;
+export import :vertices;

@@ -17,6 +17,8 @@ module cilantro.window;
 
 import :background_picture;
 import :desktop;
+import :gl_functions;
+import :graphics_card;
 import :mouse;
 import :navigation;
 import :pace;
@@ -59,8 +61,21 @@ class window::screen {
         desktop_{title_of(first, options), options.width, options.height},
         mouse_{options.can_turn},
         pending_{std::move(first)} {
-    desktop_.with_context([&] { picture_.emplace(); });
+    desktop_.with_context([&] {
+      gl_.emplace();
+      picture_.emplace(*gl_);
+      const bool by_card =
+          options.drawn_by == renderer::opengl ||
+          (options.drawn_by == renderer::automatic && !graphics_card::is_software(*gl_));
+      if (by_card) card_.emplace(*gl_);
+    });
     from_ = fit({}, fitting());
+  }
+
+  screen(const screen&) = delete;
+  screen& operator=(const screen&) = delete;
+  ~screen() {
+    desktop_.with_context([&] { card_.reset(); });
   }
 
   void expect_own_thread(const char* call) const {
@@ -143,6 +158,7 @@ class window::screen {
     film.finish();
   }
   [[nodiscard]] bool is_recording() const { return film_.has_value(); }
+  [[nodiscard]] renderer drawn_by() const { return card_ ? renderer::opengl : renderer::software; }
 
  private:
   void note_change() {
@@ -191,6 +207,8 @@ class window::screen {
     if (const auto due = pace_.take_due(pace::clock::now())) {
       if (due == pace::picture::coarse)
         draw_coarsely();
+      else if (!is_as_wanted_ && card_)
+        put_on_screen(drawn_by_card(drawing_));
       else if (!is_as_wanted_)
         fine_picture_.begin(shown_, seen(), drawing_);
     } else if (const auto picture = fine_picture_.take()) {
@@ -205,8 +223,13 @@ class window::screen {
                     options.supersampling == drawing_.supersampling &&
                     options.point_budget == drawing_.point_budget;
     const auto begin = pace::clock::now();
-    put_on_screen(render(shown_, seen(), options));
+    put_on_screen(card_ ? drawn_by_card(options) : render(shown_, seen(), options));
     coarse_.note_time(pace::clock::now() - begin);
+  }
+  [[nodiscard]] image<rgb> drawn_by_card(const render_options& options) {
+    std::optional<image<rgb>> picture;
+    desktop_.with_context([&] { picture = card_->draw(shown_, seen(), options); });
+    return *std::move(picture);
   }
   [[nodiscard]] index_t points_shown() const {
     index_t n = 0;
@@ -329,7 +352,9 @@ class window::screen {
   render_options drawing_;
   double edges_ = drawing_.edges > 0 ? drawing_.edges : render_options{}.edges;
   desktop_window desktop_;
+  std::optional<gl_functions> gl_;
   std::optional<picture_texture> picture_;
+  std::optional<graphics_card> card_;
   pace pace_;
   coarse_drawing coarse_;
   bool is_as_wanted_ = true;  ///< Whether the last picture needs no finer one.
@@ -356,7 +381,10 @@ class window::screen {
 bool can_open_window() {
   try {
     desktop_window probe{"cilantro", 1, 1, false};
-    probe.with_context([] { picture_texture{}; });
+    probe.with_context([] {
+      const gl_functions gl;
+      picture_texture{gl};
+    });
     return true;
   } catch (const window_error&) {
     return false;
@@ -424,6 +452,10 @@ void window::record(const std::filesystem::path& path, const video_options& opti
 void window::stop_recording() {
   screen_->expect_own_thread("stop_recording");
   screen_->stop_recording();
+}
+renderer window::drawn_by() const {
+  screen_->expect_own_thread("drawn_by");
+  return screen_->drawn_by();
 }
 bool window::is_recording() const {
   screen_->expect_own_thread("is_recording");

@@ -14,6 +14,13 @@ export class window_error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What draws what is on the screen.
+export enum class renderer {
+  automatic,  ///< The graphics card where there is one; otherwise `software`.
+  software,   ///< `render`, by the processor: what is on the screen is what it draws, to the bit.
+  opengl,     ///< OpenGL 3.3, whatever it is that the driver draws with: alike, not equal.
+};
+
 /// Options of windows.
 export struct window_options {
   std::string title = {};          ///< In UTF-8; if empty, the names of the layers at first.
@@ -23,6 +30,7 @@ export struct window_options {
   /// and `.height` must be 0, since the size is the window's, and
   /// `.monitor` empty.
   render_options drawing = {};
+  renderer drawn_by = renderer::automatic;
   /// Whether dragging turns what is seen; otherwise it moves it, as the right button does.
   bool can_turn = true;
 };
@@ -31,8 +39,8 @@ export struct window_options {
 /// may be made.
 export [[nodiscard]] bool can_open_window();
 
-/// A window that shows a scene, from where the mouse turns it. Drawn by `render`, so that it needs
-/// no graphics card. There may be several.
+/// A window that shows a scene, from where the mouse turns it. Needs no graphics card. There may be
+/// several.
 ///
 /// All windows of a program belong to the thread that made the first of them, until the last is
 /// gone. Only `show` may be called from any thread; the others throw `invalid_input` elsewhere. A
@@ -91,6 +99,9 @@ export class window {
   /// `video::finish` does, and `invalid_input` if there is none.
   void stop_recording();
   [[nodiscard]] bool is_recording() const;
+
+  /// Who draws: `software` or `opengl`.
+  [[nodiscard]] renderer drawn_by() const;
 
  private:
   class screen;

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+//
+// What OpenGL draws, against what `render` draws. It is drawn by the shaders of web pages, too.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+import window_support;
+import cilantro.window;
+
+using namespace cilantro;
+
+namespace {
+
+/// How alike two pictures are, in decibels.
+double likeness(const image<rgb>& a, const image<rgb>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.pixels().size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double difference = double(a.pixels()[i][k]) - double(b.pixels()[i][k]);
+      sum += difference * difference;
+    }
+  const double mean = sum / (3 * double(a.pixels().size()));
+  return mean > 0 ? 10 * std::log10(255 * 255 / mean) : 1000;
+}
+
+/// A bumpy sphere of points with colours and normals.
+point_cloud<float, 3> planet(int points = 20'000) {
+  point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf(3, points),
+                              .normals = Eigen::Matrix3Xf(3, points),
+                              .colors = Eigen::Matrix3Xf(3, points)};
+  for (int i = 0; i < points; ++i) {
+    const double z = 1 - 2 * (i + 0.5) / points, angle = 2.399963 * i;
+    const Eigen::Vector3d normal{std::sqrt(1 - z * z) * std::cos(angle),
+                                 std::sqrt(1 - z * z) * std::sin(angle), z};
+    cloud.normals.col(i) = normal.cast<float>();
+    cloud.points.col(i) = ((1 + 0.05 * std::sin(9 * z)) * normal).cast<float>();
+    cloud.colors.col(i) << float(0.5 + 0.5 * z), float(0.5 + 0.5 * normal.x()), 0.4f;
+  }
+  return cloud;
+}
+triangle_batch sheet(const rgb& color, double opacity) {
+  triangle_batch mesh{.colors = one_color(color), .opacity = opacity};
+  mesh.points.resize(3, 4);
+  mesh.points << -2, 2, 2, -2, -2, -2, 2, 2, -0.5f, 0, 0.5f, 0;
+  mesh.triangles.resize(3, 2);
+  mesh.triangles << 0, 0, 1, 2, 2, 3;
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("what a graphics card draws is alike to what render draws") {
+  const auto round = planet();
+  auto colored = sheet({200, 60, 60}, 1);
+  colored.colors = color_matrix(3, 4);
+  colored.colors << 255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255;
+  auto photo = sheet({}, 1);
+  image<rgb> checks(64, 64);
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x)
+      checks(x, y) = (x / 8 + y / 8) % 2 == 0 ? rgb{230, 230, 230} : rgb{40, 80, 160};
+  photo.texture = std::make_shared<const image<rgb>>(checks);
+  photo.texture_places.resize(2, 4);
+  photo.texture_places << 0, 63, 63, 0, 63, 63, 0, 0;
+  photo.lit = false;
+  const auto cloud = [&](const cloud_look& look) { return scene{}.set("planet", round, look); };
+  const render_options plain{.blend = false, .edges = 0, .labels = false, .legends = false};
+
+  struct shown {
+    std::string what;
+    scene all;
+    render_options drawing;
+    bool parallel = false;
+  };
+  const std::vector<shown> all{
+      {"discs", cloud({}), {}},
+      {"round", cloud({.along_normals = false}), {}},
+      {"round alone", cloud({.lit = false, .along_normals = false}), plain},
+      {"discs alone", cloud({.size = splat_length{0.1}}), {.blend = false, .supersampling = 2}},
+      {"pixels",
+       cloud({.size = splat_pixels{5}, .along_normals = false}),
+       {.background = {255, 255, 255}}},
+      {"numbers", cloud({.color = by_coordinate{2}}), {}},
+      {"parallel rays", cloud({}), {}, true},
+      {"mesh", scene{}.set("mesh", colored).set("edges", wireframe(colored)), {}},
+      {"photo",
+       scene{}
+           .set("photo", photo)
+           .set("box", box_lines({Eigen::Vector3d{-2, -2, -1}, Eigen::Vector3d{2, 2, 1}})),
+       {}},
+      {"veils",
+       cloud({.opacity = 0.02})
+           .set("one", sheet({200, 60, 60}, 0.5))
+           .set("other", sheet({60, 200, 60}, 0.3)),
+       {}},
+      {"text",
+       cloud({})
+           .set("text", label{"planet", {1, 0, 1}})
+           .set("frame", frame_lines(Eigen::Isometry3d::Identity(), 2)),
+       {}},
+  };
+  for (const auto& [what, scene, drawing, parallel] : all) {
+    CAPTURE(what);
+    window w{scene,
+             {.title = "card",
+              .width = 480,
+              .height = 360,
+              .drawing = drawing,
+              .drawn_by = renderer::opengl}};
+    CHECK(w.drawn_by() == renderer::opengl);
+    const view from = fit(scene, {0.5, 1, -0.6}, {0, 0, 1},
+                          {.width = 480, .height = 360, .orthographic = parallel});
+    w.look(from);
+    const auto expected = render(w.current(), w.seen(), drawing);
+    double best = 0;
+    eventually(
+        [&] {
+          return (best = std::max(best, likeness(on_screen(0, 0, 480, 360), expected))) >= 35;
+        },
+        w);
+    CHECK(best >= 35);
+    MESSAGE(what << ": " << best << " dB");
+  }
+}
+
+TEST_CASE("without a graphics card the processor draws") {
+  window w{some_scene(), {.title = "automatic", .width = 200, .height = 100}};
+  CHECK(w.drawn_by() == renderer::software);
+}
+
+TEST_CASE("a layer that has changed, a hidden one and another size are drawn by a card, too") {
+  window w{scene{}.set("planet", planet()).set("sheet", sheet({200, 60, 60}, 1)),
+           {.title = "changes", .width = 320, .height = 200, .drawn_by = renderer::opengl}};
+  const auto is_alike = [&] {
+    const auto expected = render(w.current(), w.seen());
+    return likeness(on_screen(0, 0, expected.width(), expected.height()), expected) >= 35;
+  };
+  CHECK(eventually(is_alike, w));
+  auto next = w.current();
+  w.show(next.set("planet", planet(3000)));
+  CHECK(eventually(is_alike, w));
+  w.show(next.hide("sheet"));
+  CHECK(eventually(is_alike, w));
+  REQUIRE(while_person_does(w, at_window("changes") + "windowsize %1 400 300"));
+  CHECK(eventually([&] { return w.seen().camera.width == 400 && is_alike(); }, w));
+  w.show(scene{});
+  CHECK(eventually(is_alike, w));
+}

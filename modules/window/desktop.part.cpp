@@ -37,7 +37,8 @@ namespace cilantro {
                      "show a scene without one"};
 }
 
-/// GLFW as long as there are windows: it belongs to one thread.
+/// GLFW for the one thread that has windows. It stays when the last of them is gone: a driver that
+/// is loaded and unloaded with every window fails after some two hundred of them.
 class glfw_use {
  public:
   glfw_use() {
@@ -45,13 +46,8 @@ class glfw_use {
     const std::scoped_lock lock{all.mutex};
     expects(all.count == 0 || all.owner == std::this_thread::get_id(),
             "window: all windows belong to the thread that made the first of them");
-    if (all.count == 0) {
-      glfwGetError(nullptr);
-      glfwGetTimerFrequency();
-      all.is_of_the_program = glfwGetError(nullptr) == GLFW_NO_ERROR;
-      if (glfwInit() != GLFW_TRUE) throw_window_error("GLFW does not start");
-      all.owner = std::this_thread::get_id();
-    }
+    if (glfwInit() != GLFW_TRUE) throw_window_error("GLFW does not start");
+    all.owner = std::this_thread::get_id();
     ++all.count;
   }
   glfw_use(const glfw_use&) = delete;
@@ -59,7 +55,7 @@ class glfw_use {
   ~glfw_use() {
     auto& all = shared();
     const std::scoped_lock lock{all.mutex};
-    if (--all.count == 0 && !all.is_of_the_program) glfwTerminate();
+    --all.count;
   }
 
  private:
@@ -67,7 +63,6 @@ class glfw_use {
     std::mutex mutex;
     int count = 0;
     std::thread::id owner;
-    bool is_of_the_program = false;  ///< Which has begun to use GLFW itself, and ends it.
   };
   static uses& shared() {
     static uses all;

@@ -28,11 +28,12 @@ import :on_screen;
 
 namespace cilantro {
 
-/// Throws a `window_error` for what GLFW says went wrong.
-[[noreturn]] void throw_window_error(const std::string& otherwise) {
-  const char* text = nullptr;
-  glfwGetError(&text);
-  throw window_error{"there can be no window here: " + (text ? std::string{text} : otherwise) +
+/// Throws a `window_error`, with what GLFW says, too.
+[[noreturn]] void throw_window_error(const std::string& cause) {
+  const char* details = nullptr;
+  glfwGetError(&details);
+  throw window_error{"there can be no window here: " + cause +
+                     (details ? " (" + std::string{details} + ")" : "") +
                      "; write_picture(scene, \"scene.png\") and write_html(scene, \"scene.html\") "
                      "show a scene without one"};
 }
@@ -46,7 +47,7 @@ class glfw_use {
     const std::scoped_lock lock{all.mutex};
     expects(all.count == 0 || all.owner == std::this_thread::get_id(),
             "window: all windows belong to the thread that made the first of them");
-    if (glfwInit() != GLFW_TRUE) throw_window_error("GLFW does not start");
+    if (glfwInit() != GLFW_TRUE) throw_window_error("no display");
     all.owner = std::this_thread::get_id();
     ++all.count;
   }

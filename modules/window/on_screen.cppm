@@ -28,8 +28,9 @@ export struct window_options {
 /// may be made.
 export [[nodiscard]] bool can_open_window();
 
-/// A window that shows a scene, from where the mouse turns it. Drawn by `render`, so that it needs
-/// no graphics card. There may be several.
+/// A window that shows a scene, drawn by `render`, so that it needs no graphics card. The left
+/// button of the mouse turns it, the right one moves it, the wheel makes it larger. The keys r, o,
+/// e, b, l and the digits change what is seen; q and Escape close the window. There may be several.
 ///
 /// All windows of a program belong to the thread that made the first of them, until the last is
 /// gone. Only `show` may be called from any thread; the others throw `invalid_input` elsewhere. A

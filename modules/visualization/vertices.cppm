@@ -36,9 +36,9 @@ export void draw_texts(image<rgb>& over, const scene& all, const view& from,
 
 /// Where the eye of a picture is, and its numbers in the pixels of it, as `render` has them.
 export struct picture_camera {
-  Eigen::Matrix3d to_camera;
-  Eigen::Vector3d eye;
-  double fx, fy, cx, cy, nearest;
+  Eigen::Matrix3d to_camera;       ///< A rotation.
+  Eigen::Vector3d eye;             ///< In the world.
+  double fx, fy, cx, cy, nearest;  ///< In pixels, and what is nearer is not seen.
 };
 export [[nodiscard]] picture_camera camera_of(const view& from, int width, int height);
 

@@ -28,16 +28,18 @@ import :on_screen;
 
 namespace cilantro {
 
-/// Throws a `window_error` for what GLFW says went wrong.
-[[noreturn]] void throw_window_error(const std::string& otherwise) {
-  const char* text = nullptr;
-  glfwGetError(&text);
-  throw window_error{"there can be no window here: " + (text ? std::string{text} : otherwise) +
+/// Throws a `window_error`, with what GLFW says, too.
+[[noreturn]] void throw_window_error(const std::string& cause) {
+  const char* details = nullptr;
+  glfwGetError(&details);
+  throw window_error{"there can be no window here: " + cause +
+                     (details ? " (" + std::string{details} + ")" : "") +
                      "; write_picture(scene, \"scene.png\") and write_html(scene, \"scene.html\") "
                      "show a scene without one"};
 }
 
-/// GLFW as long as there are windows: it belongs to one thread.
+/// GLFW for the one thread that has windows. It stays when the last of them is gone: a driver that
+/// is loaded and unloaded with every window fails after some two hundred of them.
 class glfw_use {
  public:
   glfw_use() {
@@ -45,13 +47,8 @@ class glfw_use {
     const std::scoped_lock lock{all.mutex};
     expects(all.count == 0 || all.owner == std::this_thread::get_id(),
             "window: all windows belong to the thread that made the first of them");
-    if (all.count == 0) {
-      glfwGetError(nullptr);
-      glfwGetTimerFrequency();
-      all.is_of_the_program = glfwGetError(nullptr) == GLFW_NO_ERROR;
-      if (glfwInit() != GLFW_TRUE) throw_window_error("GLFW does not start");
-      all.owner = std::this_thread::get_id();
-    }
+    if (glfwInit() != GLFW_TRUE) throw_window_error("no display");
+    all.owner = std::this_thread::get_id();
     ++all.count;
   }
   glfw_use(const glfw_use&) = delete;
@@ -59,7 +56,7 @@ class glfw_use {
   ~glfw_use() {
     auto& all = shared();
     const std::scoped_lock lock{all.mutex};
-    if (--all.count == 0 && !all.is_of_the_program) glfwTerminate();
+    --all.count;
   }
 
  private:
@@ -67,7 +64,6 @@ class glfw_use {
     std::mutex mutex;
     int count = 0;
     std::thread::id owner;
-    bool is_of_the_program = false;  ///< Which has begun to use GLFW itself, and ends it.
   };
   static uses& shared() {
     static uses all;

@@ -107,9 +107,8 @@ class window::screen {
   void wait_for_change() {
     if (!is_open_) return;
     // Whatever happens ends a wait, so its length is of no importance.
-    constexpr std::chrono::duration<double> longest{10};
-    std::chrono::duration<double> time = longest;
-    if (const auto due = pace_.until_due(pace::clock::now())) time = *due;
+    std::chrono::duration<double> time{10};
+    if (const auto due = pace_.until_due(pace::clock::now()); due && has_pixels()) time = *due;
     desktop_window::wait_for_events(time.count());
   }
   void close() {
@@ -132,7 +131,7 @@ class window::screen {
   view seen() {
     take_scene();
     const auto [width, height] = desktop_.size_in_pixels();
-    return width > 0 && height > 0 ? resized(from_, width, height) : from_;
+    return has_pixels() ? resized(from_, width, height) : from_;
   }
   void look(const view& from) {
     (void)orbit(from, {});
@@ -161,6 +160,12 @@ class window::screen {
   [[nodiscard]] renderer drawn_by() const { return card_ ? renderer::opengl : renderer::software; }
 
  private:
+  /// Desktops may make icons of windows, with nothing to draw on.
+  [[nodiscard]] bool has_pixels() const {
+    const auto [width, height] = desktop_.size_in_pixels();
+    return width > 0 && height > 0;
+  }
+
   void note_change() {
     fine_picture_.give_up();
     pace_.note_change(pace::clock::now());
@@ -176,7 +181,8 @@ class window::screen {
   }
   [[nodiscard]] view_options fitting() const {
     view_options options{.orthographic = from_.orthographic};
-    if (const auto [width, height] = desktop_.size_in_pixels(); width > 0 && height > 0) {
+    const auto [width, height] = desktop_.size_in_pixels();
+    if (has_pixels()) {
       options.width = width;
       options.height = height;
     }
@@ -200,8 +206,8 @@ class window::screen {
   }
 
   void draw() {
+    if (!has_pixels()) return;
     const auto size = desktop_.size_in_pixels();
-    if (size.width == 0 || size.height == 0) return;  // Made an icon of.
     if (size != drawn_size_) note_change();
     drawn_size_ = size;
     if (const auto due = pace_.take_due(pace::clock::now())) {

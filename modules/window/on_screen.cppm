@@ -30,7 +30,7 @@ export struct window_options {
   /// and `.height` must be 0, since the size is the window's, and
   /// `.monitor` empty.
   render_options drawing = {};
-  renderer drawn_by = renderer::automatic;
+  renderer drawn_by = renderer::automatic;  ///< What draws what is on the screen.
   /// Whether dragging turns what is seen; otherwise it moves it, as the right button does.
   bool can_turn = true;
 };
@@ -39,8 +39,9 @@ export struct window_options {
 /// may be made.
 export [[nodiscard]] bool can_open_window();
 
-/// A window that shows a scene, from where the mouse turns it. Needs no graphics card. There may be
-/// several.
+/// A window that shows a scene, and needs no graphics card for that. The left
+/// button of the mouse turns it, the right one moves it, the wheel makes it larger. The keys r, o,
+/// e, b, l and the digits change what is seen; q and Escape close the window. There may be several.
 ///
 /// All windows of a program belong to the thread that made the first of them, until the last is
 /// gone. Only `show` may be called from any thread; the others throw `invalid_input` elsewhere. A
@@ -73,8 +74,8 @@ export class window {
   /// The scene that is shown, without the layers that were hidden by keys.
   [[nodiscard]] scene current() const;
 
-  /// From where it is seen: `render(w.current(), w.seen())` is what is on the screen. The camera
-  /// has the size of the window in pixels.
+  /// From where it is seen: `render(w.current(), w.seen())` is what is on the screen, to the bit
+  /// where the processor draws. The camera has the size of the window in pixels.
   [[nodiscard]] view seen() const;
   /// Shows the scene from there. A camera of another size is scaled as by `render`. Throws
   /// `invalid_input` for views that `orbit` or `render` do not accept.

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 //
-// Windows and threads, idle windows, and machines where there can be no window.
+// Windows and threads, and windows that wait.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <string>
 #include <thread>
 
@@ -109,28 +108,4 @@ TEST_CASE("a window that waits leaves the processor alone") {
   w.wait();
   MESSAGE("processor seconds in two seconds: ", used);
   CHECK(used < 0.02);
-}
-
-TEST_CASE("without a display, a sentence says so, and what draws without one") {
-  const std::string display = std::getenv("DISPLAY");
-  CHECK(can_open_window());
-  for (const char* name : {"", ":9999"}) {
-    if (*name != 0)
-      setenv("DISPLAY", name, 1);
-    else
-      unsetenv("DISPLAY");
-    CHECK(!can_open_window());
-    std::string said;
-    try {
-      const window w{some_scene(), small};
-    } catch (const window_error& error) {
-      said = error.what();
-    }
-    MESSAGE(said);
-    CHECK(said.find("X11") != std::string::npos);
-    CHECK(said.find("write_picture(") != std::string::npos);
-    CHECK(said.find("write_html(") != std::string::npos);
-  }
-  setenv("DISPLAY", display.c_str(), 1);
-  CHECK(can_open_window());
 }

@@ -45,14 +45,21 @@ TEST_CASE("another thread shows a thousand scenes while the window is updated") 
 
 TEST_CASE("a scene from another thread ends a wait") {
   window w{{}, small};
+  const scene next = some_scene();
+  const auto expected = render(next, fit(next, {.width = 300, .height = 200}));
+  bool is_shown = false;
   std::jthread other{[&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds{300});
-    w.show(some_scene());
-    std::this_thread::sleep_for(std::chrono::milliseconds{300});
+    std::this_thread::sleep_for(std::chrono::milliseconds{500});
+    w.show(next);
+    // A wait without an event would last longer.
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{8};
+    while (!is_shown && std::chrono::steady_clock::now() < end)
+      is_shown = on_screen(0, 0, 300, 200) == expected;
     person_does(at_window("threads") + "mousemove --window %1 100 100 key --window 0 q");
   }};
   w.wait();
-  CHECK(w.current().layers().size() == 3);
+  other.join();
+  CHECK(is_shown);
 }
 
 TEST_CASE("all but show is for the thread that made the window, in words") {
@@ -106,6 +113,7 @@ TEST_CASE("a window that waits leaves the processor alone") {
     person_does(at_window("threads") + "mousemove --window %1 100 100 key --window 0 q");
   }};
   w.wait();
+  other.join();
   MESSAGE("processor seconds in two seconds: ", used);
   CHECK(used < 0.02);
 }

@@ -13,6 +13,7 @@ module cilantro.visualization:drawing;
 
 import cilantro.core;
 import :canvas;
+import :projector;
 import :scene;
 
 namespace cilantro {
@@ -37,6 +38,7 @@ struct numbered {
   const scene::layer* layer;
   index_t place;  ///< Among the batches of its kind in the layer.
   std::uint32_t first;
+  batch_placement in_camera;
 };
 
 /// All that is drawn, by kind.
@@ -47,14 +49,15 @@ struct drawing {
   std::uint32_t first_line = 0, first_triangle = 0;  ///< Points have lower numbers.
   bool is_transparent = false;
 
-  explicit drawing(const scene& all) {
+  drawing(const scene& all, const projector& by) {
     std::uint64_t next = 0;
     const auto collect = [&](auto& into, auto batches, auto&& count) {
       for (const auto& layer : all.layers()) {
         if (layer.is_hidden) continue;
         index_t place = 0;
         for (const auto& batch : ((*layer.content).*batches)()) {
-          into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next)});
+          into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next),
+                          batch_placement{by, batch.origin}});
           next += static_cast<std::uint64_t>(count(batch));
           is_transparent |= batch.opacity < 1;
         }

@@ -101,12 +101,12 @@ class painter {
                      nothing)) {}
 
   void find_nearest() {
-    for (const auto& [batch, layer, place, first] : all_.points)
-      if (batch->opacity == 1)
-        draw_splats(*batch, [&, batch, first](std::size_t mine, index_t i, const splat& s) {
-          const auto number = first + static_cast<std::uint32_t>(i);
+    for (const auto& one : all_.points)
+      if (one.batch->opacity == 1)
+        draw_splats(one, [&](std::size_t mine, index_t i, const splat& s) {
+          const auto number = one.first + static_cast<std::uint32_t>(i);
           const auto key = key_of(s.z, number);
-          if (const auto normal = disc_normal(*batch, i))
+          if (const auto normal = disc_normal(one, i))
             for_pixels(s, *normal, by_, [&](index_t pixel, float, float z) {
               put(nearest_[mine][pixel], key_of(z, number), has_own_);
             });
@@ -117,10 +117,10 @@ class painter {
         });
     gather(nearest_, [](depth_and_number& to, depth_and_number from) { to = std::min(to, from); });
     const auto draw_opaque = [&](const auto& batches) {
-      for (const auto& [batch, layer, place, first] : batches)
-        if (batch->opacity == 1)
-          rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
-            put(nearest_[0][pixel], key_of(z, first + static_cast<std::uint32_t>(i)),
+      for (const auto& one : batches)
+        if (one.batch->opacity == 1)
+          rasterize(*one.batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+            put(nearest_[0][pixel], key_of(z, one.first + static_cast<std::uint32_t>(i)),
                 threads_ == 1);
           });
     };
@@ -167,12 +167,12 @@ class painter {
  private:
   /// Calls `f(mine, i, splat)` for the splats of a batch, from several threads at once, `mine`
   /// being a place that no other thread has meanwhile if each has its own.
-  void draw_splats(const point_batch& batch, auto&& f) {
+  void draw_splats(const numbered<point_batch>& one, auto&& f) {
     places own{nearest_.size()};
-    const index_t count = (batch.points.cols() + stride_ - 1) / stride_;
+    const index_t count = (one.batch->points.cols() + stride_ - 1) / stride_;
     parallel_blocks(count, 4096, how_, [&](index_t, index_t begin, index_t end) {
       const auto draw = [&](std::size_t mine) {
-        for_splats(batch, by_, stride_, begin, end,
+        for_splats(*one.batch, by_, stride_, begin, end,
                    [&](index_t i, const splat& s) { f(mine, i, s); });
       };
       if (has_own_)
@@ -182,16 +182,16 @@ class painter {
     });
   }
   /// In the camera's coordinates; nothing if a splat is round.
-  [[nodiscard]] std::optional<Eigen::Vector3f> disc_normal(const point_batch& batch,
+  [[nodiscard]] std::optional<Eigen::Vector3f> disc_normal(const numbered<point_batch>& one,
                                                            index_t i) const {
-    if (!batch.along_normals) return std::nullopt;
-    const auto own = batch.normals.col(i);
+    if (!one.batch->along_normals) return std::nullopt;
+    const auto own = one.batch->normals.col(i);
     if (!is_finite(own) || own.isZero(0)) return std::nullopt;
-    return by_.to_camera.cast<float>() * own;
+    return one.in_camera.linear * own;
   }
   /// Calls `f(pixel, share, z)` for the pixels of a splat.
-  void for_covered(const point_batch& batch, index_t i, const splat& s, auto&& f) const {
-    if (const auto normal = disc_normal(batch, i))
+  void for_covered(const numbered<point_batch>& one, index_t i, const splat& s, auto&& f) const {
+    if (const auto normal = disc_normal(one, i))
       for_pixels(s, *normal, by_, f);
     else
       for_pixels(s, by_, [&](index_t pixel, float share) {
@@ -216,12 +216,12 @@ class painter {
     }
   }
 
-  [[nodiscard]] color lit_point(const point_batch& batch, index_t i) const {
-    color own = color_of(batch.colors, i);
+  [[nodiscard]] color lit_point(const numbered<point_batch>& one, index_t i) const {
+    const auto& batch = *one.batch;
+    const color own = color_of(batch.colors, i);
     if (batch.normals.cols() == 0 || !batch.lit) return own;
-    const batch_placement place{by_, batch.origin};
-    return own *
-           light_on(place.linear * batch.normals.col(i), towards_eye(place(batch.points.col(i))));
+    return own * light_on(one.in_camera.linear * batch.normals.col(i),
+                          towards_eye(one.in_camera(batch.points.col(i))));
   }
   [[nodiscard]] Eigen::Vector3f towards_eye(const Eigen::Vector3f& p) const {
     return by_.orthographic ? Eigen::Vector3f{0, 0, -1} : Eigen::Vector3f{-p};
@@ -243,8 +243,10 @@ class painter {
   }
 
   /// Where the pixel sees a triangle: the weights of its corners.
-  [[nodiscard]] color lit_triangle(const triangle_batch& batch, index_t i, index_t pixel) const {
-    const batch_placement place{by_, batch.origin};
+  [[nodiscard]] color lit_triangle(const numbered<triangle_batch>& one, index_t i,
+                                   index_t pixel) const {
+    const auto& batch = *one.batch;
+    const auto& place = one.in_camera;
     const auto corners = batch.triangles.col(i);
     Eigen::Matrix3d p;
     for (int k = 0; k < 3; ++k) p.col(k) = place(batch.points.col(corners[k])).cast<double>();
@@ -282,7 +284,7 @@ class painter {
     const auto number = static_cast<std::uint32_t>(nearest_[0][pixel]);
     if (number >= all_.first_triangle) {
       const auto& own = drawing::of(all_.triangles, number);
-      const color lit = lit_triangle(*own.batch, number - own.first, pixel);
+      const color lit = lit_triangle(own, number - own.first, pixel);
       return own.batch->lit ? color{light * lit} : lit;
     }
     if (number >= all_.first_line) {
@@ -297,7 +299,7 @@ class painter {
                (light / weight);
     }
     const auto& own = drawing::of(all_.points, number);
-    return light * lit_point(*own.batch, number - own.first);
+    return light * lit_point(own, number - own.first);
   }
 
   /// Adds up the splats that are hardly behind the nearest one.
@@ -307,16 +309,16 @@ class painter {
         std::min<std::uint64_t>((1ull << 32) / (255ull * (all_.first_line + 1ull)), 16));
     if (most == 0 || all_.points.empty()) return;
     sums_.assign(nearest_.size(), std::vector<color_sum>(nearest_[0].size()));
-    for (const auto& [batch, layer, place, first] : all_.points) {
-      if (batch->opacity < 1) continue;
-      draw_splats(*batch, [&, batch](std::size_t mine, index_t i, const splat& s) {
+    for (const auto& one : all_.points) {
+      if (one.batch->opacity < 1) continue;
+      draw_splats(one, [&](std::size_t mine, index_t i, const splat& s) {
         std::optional<std::array<std::uint64_t, 3>> own;
-        for_covered(*batch, i, s, [&](index_t pixel, float share, float z) {
+        for_covered(one, i, s, [&](index_t pixel, float share, float z) {
           const auto key = nearest_[0][pixel];
           if (static_cast<std::uint32_t>(key) >= all_.first_line || z - depth_of(key) > s.diameter)
             return;
           if (!own) {
-            const color lit = lit_point(*batch, i);
+            const color lit = lit_point(one, i);
             own.emplace();
             for (int k = 0; k < 3; ++k) (*own)[k] = std::uint64_t(lit[k] + 0.5f);
           }
@@ -337,11 +339,11 @@ class painter {
   void gather_veils() {
     veils_.resize(nearest_[0].size());
     const auto draw_transparent = [&](const auto& batches, auto&& draw) {
-      for (const auto& [batch, layer, place, first] : batches) {
-        const double opacity = batch->opacity;
+      for (const auto& one : batches) {
+        const double opacity = one.batch->opacity;
         if (opacity == 0 || opacity == 1) continue;
-        draw(*batch, [&, opacity, opaqueness = opaqueness_of(opacity)](index_t pixel, float z,
-                                                                       const color& own) {
+        draw(one, [&, opacity, opaqueness = opaqueness_of(opacity)](index_t pixel, float z,
+                                                                    const color& own) {
           const auto key = nearest_[0][pixel];
           if (!(z < depth_of(key)) && key != nothing) return;
           // Nearer ones count more, without an order.
@@ -356,20 +358,20 @@ class painter {
         });
       }
     };
-    draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
-      draw_splats(batch, [&](std::size_t, index_t i, const splat& s) {
-        const color own = lit_point(batch, i);
-        for_covered(batch, i, s, [&](index_t pixel, float, float z) { add(pixel, z, own); });
+    draw_transparent(all_.points, [&](const auto& one, const auto& add) {
+      draw_splats(one, [&](std::size_t, index_t i, const splat& s) {
+        const color own = lit_point(one, i);
+        for_covered(one, i, s, [&](index_t pixel, float, float z) { add(pixel, z, own); });
       });
     });
-    draw_transparent(all_.lines, [&](const line_batch& batch, const auto& add) {
-      rasterize(batch, by_, how_, [&](index_t i, index_t pixel, float z) {
-        add(pixel, z, color_of(batch.colors, i));
+    draw_transparent(all_.lines, [&](const auto& one, const auto& add) {
+      rasterize(*one.batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+        add(pixel, z, color_of(one.batch->colors, i));
       });
     });
-    draw_transparent(all_.triangles, [&](const triangle_batch& batch, const auto& add) {
-      rasterize(batch, by_, how_, [&](index_t i, index_t pixel, float z) {
-        add(pixel, z, lit_triangle(batch, i, pixel));
+    draw_transparent(all_.triangles, [&](const auto& one, const auto& add) {
+      rasterize(*one.batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+        add(pixel, z, lit_triangle(one, i, pixel));
       });
     });
   }
@@ -422,8 +424,8 @@ picture_size size_of(const view& from, const render_options& o) {
 image<rgb> render(const scene& all, const view& from, const render_options& options) {
   const auto [width, height] = size_of(from, options);
   const int fine = options.supersampling;
-  const drawing drawn{all};
   const projector by{from, width, height, fine};
+  const drawing drawn{all, by};
   painter paint{drawn, by, options};
   const auto report = [&](double done) {
     if (options.monitor.progress) options.monitor.progress(done);
@@ -448,7 +450,7 @@ std::optional<picked> pick(const scene& all, const view& from, double x, double 
   by.cx -= column;
   by.cy -= row;
   by.width = by.height = 1;
-  const drawing drawn{all};
+  const drawing drawn{all, by};
   painter paint{drawn, by, options};
   paint.find_nearest();
   const auto key = paint.key_at(0);

@@ -19,12 +19,13 @@ import :scene;
 namespace cilantro {
 
 /// What is nearest in a pixel: its depth, whose bits are ordered as it is, and then its number. The
-/// smallest is seen, whichever thread comes first.
-using depth_and_number = std::uint64_t;
+/// smallest is seen, whichever thread comes first. Signed, as vectors compare.
+using depth_and_number = std::int64_t;
 constexpr depth_and_number nothing = std::numeric_limits<depth_and_number>::max();
 
 inline depth_and_number key_of(float z, std::uint32_t number) {
-  return depth_and_number{std::bit_cast<std::uint32_t>(z)} << 32 | number;
+  return static_cast<depth_and_number>(std::uint64_t{std::bit_cast<std::uint32_t>(z)} << 32 |
+                                       number);
 }
 /// NaN of nothing.
 inline float depth_of(depth_and_number key) {

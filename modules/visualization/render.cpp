@@ -14,6 +14,7 @@ module;
 #include <vector>
 
 #include "core/parallel_backend.hpp"
+#include "visualization/kernels/splats.hpp"
 module cilantro.visualization;
 
 import :drawing;
@@ -97,7 +98,8 @@ class painter {
                                                options.point_budget)},
         nearest_(has_own_ ? static_cast<std::size_t>(threads_) : 1,
                  std::vector<depth_and_number>(
-                     static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
+                     static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height) +
+                         detail::keys_behind,
                      nothing)) {}
 
   void find_nearest() {
@@ -107,9 +109,13 @@ class painter {
           const auto number = one.first + static_cast<std::uint32_t>(i);
           const auto key = key_of(s.z, number);
           if (const auto normal = disc_normal(one, i))
-            for_pixels(s, *normal, by_, [&](index_t pixel, float, float z) {
-              put(nearest_[mine][pixel], key_of(z, number), has_own_);
-            });
+            for_pixels(s, *normal, grid_, kernels_.cover_by_disc,
+                       [&](index_t pixel, float, float z) {
+                         put(nearest_[mine][pixel], key_of(z, number), has_own_);
+                       });
+          else if (has_own_ && !nine_pixels::suffice(s))
+            kernels_.keep_least_of_round({s.x, s.y, s.radius, first_row(s), last_row(s, by_)}, key,
+                                         grid_, nearest_[mine].data());
           else
             for_pixels(s, by_, [&](index_t pixel, float share) {
               put(nearest_[mine][pixel], share <= 1 ? key : nothing, has_own_);
@@ -192,7 +198,7 @@ class painter {
   /// Calls `f(pixel, share, z)` for the pixels of a splat.
   void for_covered(const numbered<point_batch>& one, index_t i, const splat& s, auto&& f) const {
     if (const auto normal = disc_normal(one, i))
-      for_pixels(s, *normal, by_, f);
+      for_pixels(s, *normal, grid_, kernels_.cover_by_disc, f);
     else
       for_pixels(s, by_, [&](index_t pixel, float share) {
         if (share <= 1) f(pixel, share, s.z);
@@ -384,6 +390,8 @@ class painter {
 
   const drawing& all_;
   const projector& by_;
+  detail::pixel_grid grid_ = grid_of(by_);
+  detail::splat_kernels kernels_ = splat_kernels_here();
   const render_options& options_;
   execution how_;
   int threads_;

@@ -63,6 +63,11 @@ void add_to(std::uint64_t& sum, std::uint64_t value, bool is_alone) {
   else
     std::atomic_ref{sum}.fetch_add(value, std::memory_order_relaxed);
 }
+/// A colour so many times, that of weight 1.
+void add_to(color_sum& sum, const color_sum& own, std::uint64_t weight, bool is_alone) {
+  add_to(sum.red_green, own.red_green * weight, is_alone);
+  add_to(sum.blue_weight, own.blue_weight * weight, is_alone);
+}
 
 /// Places to work in, for as many threads as there are places.
 class places {
@@ -96,11 +101,9 @@ class painter {
                     ? 1
                     : std::max<index_t>(1, (index_t(all.first_line) + options.point_budget - 1) /
                                                options.point_budget)},
-        nearest_(has_own_ ? static_cast<std::size_t>(threads_) : 1,
-                 std::vector<depth_and_number>(
-                     static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height) +
-                         detail::keys_behind,
-                     nothing)) {}
+        nearest_(has_own_ ? static_cast<std::size_t>(threads_) : 1) {
+    clear(nearest_, nothing);
+  }
 
   void find_nearest() {
     for (const auto& one : all_.points)
@@ -203,6 +206,14 @@ class painter {
       for_pixels(s, by_, [&](index_t pixel, float share) {
         if (share <= 1) f(pixel, share, s.z);
       });
+  }
+  /// Pixels for each thread, each written by another: fresh memory takes more time than drawing.
+  template <class T>
+  void clear(std::vector<std::vector<T>>& all, const T& value) const {
+    const auto size = static_cast<std::size_t>(by_.width) * static_cast<std::size_t>(by_.height);
+    parallel_blocks(std::ssize(all), 1, execution{how_.threads}, [&](index_t k, index_t, index_t) {
+      all[k].assign(size + detail::keys_behind, value);
+    });
   }
   /// What threads have in their own places, in the first one.
   template <class T>
@@ -308,30 +319,59 @@ class painter {
     return light * lit_point(own, number - own.first);
   }
 
+  /// What a splat counts in a pixel; nothing if it does not cover it, or is well behind the
+  /// nearest.
+  [[nodiscard]] std::uint64_t weight_in(index_t pixel, float share, float z, float diameter) const {
+    const auto key = nearest_[0][pixel];
+    // Without a branch: which splats are hidden, no processor can foresee.
+    const bool counts = (share <= 1) & (static_cast<std::uint32_t>(key) < all_.first_line) &
+                        !(z - depth_of(key) > diameter);
+    const int weight = static_cast<int>(1 + float(most_weight_ - 1) * (1 - share));
+    return static_cast<std::uint64_t>(counts ? weight : 0);
+  }
+  /// The colour of a point, as a sum of weight 1.
+  [[nodiscard]] color_sum lit_sum(const numbered<point_batch>& one, index_t i) const {
+    const color lit = lit_point(one, i);
+    const auto part = [&](int k) { return static_cast<std::uint64_t>(lit[k] + 0.5f); };
+    return {part(0) << 32 | part(1), part(2) << 32 | 1};
+  }
+  /// A small splat: first what it counts in all of its pixels, since most count in none.
+  void mix_nine(std::vector<color_sum>& sums, const numbered<point_batch>& one, index_t i,
+                const splat& s) {
+    const nine_pixels nine{s, by_};
+    std::array<std::uint64_t, 9> weights;
+    std::uint64_t any = 0;
+    const auto pixel = [&](std::size_t k) {
+      return nine.first + static_cast<index_t>(k / 3) * by_.width + static_cast<index_t>(k % 3);
+    };
+    for (std::size_t k = 0; k < 9; ++k)
+      any |= weights[k] = weight_in(pixel(k), nine.shares[k], s.z, s.diameter);
+    if (any == 0) return;
+    const auto own = lit_sum(one, i);
+    for (std::size_t k = 0; k < 9; ++k)
+      if (has_own_ || weights[k] != 0) add_to(sums[pixel(k)], own, weights[k], has_own_);
+  }
   /// Adds up the splats that are hardly behind the nearest one.
   void mix_splats() {
     // No sum must reach 2^32, wherever all points are.
-    const auto most = std::uint32_t(
+    most_weight_ = static_cast<int>(
         std::min<std::uint64_t>((1ull << 32) / (255ull * (all_.first_line + 1ull)), 16));
-    if (most == 0 || all_.points.empty()) return;
-    sums_.assign(nearest_.size(), std::vector<color_sum>(nearest_[0].size()));
+    if (most_weight_ == 0 || all_.points.empty()) return;
+    sums_.resize(nearest_.size());
+    clear(sums_, {});
     for (const auto& one : all_.points) {
       if (one.batch->opacity < 1) continue;
       draw_splats(one, [&](std::size_t mine, index_t i, const splat& s) {
-        std::optional<std::array<std::uint64_t, 3>> own;
+        if (!one.batch->along_normals && nine_pixels::hold(s, by_)) {
+          mix_nine(sums_[mine], one, i, s);
+          return;
+        }
+        std::optional<color_sum> own;
         for_covered(one, i, s, [&](index_t pixel, float share, float z) {
-          const auto key = nearest_[0][pixel];
-          if (static_cast<std::uint32_t>(key) >= all_.first_line || z - depth_of(key) > s.diameter)
-            return;
-          if (!own) {
-            const color lit = lit_point(one, i);
-            own.emplace();
-            for (int k = 0; k < 3; ++k) (*own)[k] = std::uint64_t(lit[k] + 0.5f);
-          }
-          const auto weight = std::uint64_t(1 + float(most - 1) * (1 - share));
-          auto& [red_green, blue_weight] = sums_[mine][pixel];
-          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight, has_own_);
-          add_to(blue_weight, (*own)[2] * weight << 32 | weight, has_own_);
+          const auto weight = weight_in(pixel, share, z, s.diameter);
+          if (weight == 0) return;
+          if (!own) own = lit_sum(one, i);
+          add_to(sums_[mine][pixel], *own, weight, has_own_);
         });
       });
     }
@@ -401,6 +441,7 @@ class painter {
   index_t stride_;                                      ///< One of so many points is drawn.
   std::vector<std::vector<depth_and_number>> nearest_;  ///< The first one is that of all.
   std::vector<std::vector<color_sum>> sums_;            ///< The same, where splats are mixed.
+  int most_weight_ = 0;                                 ///< Of a splat in the middle.
   std::vector<veil> veils_;                             ///< Where anything is transparent.
 };
 

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "pictures.hpp"
+
 /// Edge of the voxels, in metres; neighbours of a point.
 inline constexpr float voxel_edge = 0.01f;
 inline constexpr int neighbor_count = 10, many_neighbors = 30;
@@ -114,13 +116,29 @@ inline const std::vector<registration_pair>& registration_pairs() {
 /// Numbers in [0, 1) that are the same everywhere.
 class plain_random {
  public:
+  explicit plain_random(std::uint64_t seed = 1) : state_{seed} {}
   double operator()() {
     state_ = state_ * 6364136223846793005U + 1442695040888963407U;
     return double(state_ >> 11) * 0x1p-53;
   }
 
  private:
-  std::uint64_t state_ = 1;
+  std::uint64_t state_;
+};
+
+/// A cloud again and again, each time moved by up to half a voxel, until there are enough points.
+struct many_points {
+  explicit many_points(const std::vector<float>& cloud) : cloud{&cloud} {}
+  std::array<float, 3> operator[](std::size_t i) const {
+    const std::size_t size = cloud->size() / 3, from = 3 * (i % size);
+    std::array<float, 3> p{(*cloud)[from], (*cloud)[from + 1], (*cloud)[from + 2]};
+    if (i < size) return p;
+    plain_random random{i};
+    for (float& x : p) x += voxel_edge * float(random() - 0.5);
+    return p;
+  }
+  const std::vector<float>* cloud;
+  std::ptrdiff_t count = picture_points;
 };
 /// Uniform in a cube, as many as a frame has; and on the unit sphere.
 inline const std::vector<float>& cube_points() {

@@ -9,7 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "pictures.hpp"
+
 import cilantro;
+import cilantro.visualization;
 import simulated_room;
 using namespace cilantro;
 
@@ -227,6 +230,30 @@ void write_sequence(const std::filesystem::path& folder) {
   }
 }
 
+/// What the pictures of other programs need: the colours of the points, where they are seen from
+/// (rows of the matrix into the camera's coordinates, focal lengths and principal point), and the
+/// picture.
+void write_picture_task(const cloud_type& large, const std::filesystem::path& folder) {
+  scene all;
+  all.set("large", large, cloud_look{.size = splat_length{splat_diameter}, .along_normals = false});
+  const view from =
+      fit(all, {0, 0, 1}, {0, -1, 0}, {.width = picture_width, .height = picture_height});
+  const Eigen::Matrix4f to_camera = from.camera.to_world.inverse().matrix().cast<float>();
+  Eigen::Matrix<float, 4, 4, Eigen::RowMajor> rows = to_camera;
+  rows.row(3) << float(from.camera.fx), float(from.camera.fy), float(from.camera.cx),
+      float(from.camera.cy);
+  std::ofstream{folder / "view.f32", std::ios::binary}.write(
+      reinterpret_cast<const char*>(rows.data()), sizeof(float) * 16);
+  const auto write_bytes = [&](const char* name, const auto& bytes, index_t count) {
+    std::ofstream{folder / name, std::ios::binary}.write(reinterpret_cast<const char*>(bytes),
+                                                         std::streamsize(3 * count));
+  };
+  const auto& colors = all.layers()[0].content->points()[0].colors;
+  write_bytes("large_colors.u8", colors.data(), colors.cols());
+  const auto picture = render(all, from, {.blend = false});
+  write_bytes("picture.u8", picture.pixels().data(), std::ssize(picture.pixels()));
+}
+
 /// One scan, one large cloud, and pairs of scans.
 void write_tasks(const std::filesystem::path& folder) {
   pair_writer pairs{folder};
@@ -272,6 +299,7 @@ void write_tasks(const std::filesystem::path& folder) {
   write_pcd(large, folder / "large_compressed.pcd", {.format = pcd_format::binary_compressed});
   write_floats(folder / "large.f32", large.points);
   write_floats(folder / "large_normals.f32", estimate_normals(large.points, knn{30}).normals);
+  write_picture_task(large, folder);
   write_text(point_cloud<float, 3>{.points = large.points}, folder / "large.xyz", {.names = false});
   std::cout << "large.ply and its like: " << large.size() << " points\n";
 }

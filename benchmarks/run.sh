@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the benchmarks and runs all libraries on the same data, in turn and round after round, so that a
-# change of the machine's speed meets all of them. PCL and Open3D take part where they are installed
-# (libpcl-dev, libopen3d-dev). Prints tables.
+# change of the machine's speed meets all of them. PCL, Open3D, VTK and OpenGL take part where they are
+# installed (libpcl-dev, libopen3d-dev, libvtk9-dev, libegl-dev and libgl-dev). Prints tables.
 #
 #   benchmarks/run.sh [WHAT] [OPTIONS]
 #
@@ -47,6 +47,15 @@ mkdir -p $data
 build/benchmark/benchmarks/benchmark_data $what $data
 rm -rf $results
 [ "$fresh" ] || export GLIBC_TUNABLES=glibc.malloc.mmap_threshold=1073741824:glibc.malloc.trim_threshold=4294967296
+
+# VTK and Open3D draw with a display only.
+if [ -z "${DISPLAY:-}" ] && command -v Xvfb > /dev/null; then
+  exec {display}< <(exec Xvfb -displayfd 1 -screen 0 1280x1024x24 2> build/xvfb.log)
+  trap 'kill $xvfb' EXIT
+  xvfb=$!
+  read -r DISPLAY <&$display
+  export DISPLAY=:$DISPLAY
+fi
 
 # All programs once: on what data, with how many threads, which round, what tasks.
 one_round() {

@@ -13,17 +13,19 @@ module cilantro.visualization:drawing;
 
 import cilantro.core;
 import :canvas;
+import :projector;
 import :scene;
 
 namespace cilantro {
 
 /// What is nearest in a pixel: its depth, whose bits are ordered as it is, and then its number. The
-/// smallest is seen, whichever thread comes first.
-using depth_and_number = std::uint64_t;
+/// smallest is seen, whichever thread comes first. Signed, as vectors compare.
+using depth_and_number = std::int64_t;
 constexpr depth_and_number nothing = std::numeric_limits<depth_and_number>::max();
 
 inline depth_and_number key_of(float z, std::uint32_t number) {
-  return depth_and_number{std::bit_cast<std::uint32_t>(z)} << 32 | number;
+  return static_cast<depth_and_number>(std::uint64_t{std::bit_cast<std::uint32_t>(z)} << 32 |
+                                       number);
 }
 /// NaN of nothing.
 inline float depth_of(depth_and_number key) {
@@ -37,6 +39,7 @@ struct numbered {
   const scene::layer* layer;
   index_t place;  ///< Among the batches of its kind in the layer.
   std::uint32_t first;
+  batch_placement in_camera;
 };
 
 /// All that is drawn, by kind.
@@ -47,14 +50,15 @@ struct drawing {
   std::uint32_t first_line = 0, first_triangle = 0;  ///< Points have lower numbers.
   bool is_transparent = false;
 
-  explicit drawing(const scene& all) {
+  drawing(const scene& all, const projector& by) {
     std::uint64_t next = 0;
     const auto collect = [&](auto& into, auto batches, auto&& count) {
       for (const auto& layer : all.layers()) {
         if (layer.is_hidden) continue;
         index_t place = 0;
         for (const auto& batch : ((*layer.content).*batches)()) {
-          into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next)});
+          into.push_back({&batch, &layer, place++, static_cast<std::uint32_t>(next),
+                          batch_placement{by, batch.origin}});
           next += static_cast<std::uint64_t>(count(batch));
           is_transparent |= batch.opacity < 1;
         }

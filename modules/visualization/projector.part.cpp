@@ -74,9 +74,11 @@ struct batch_placement {
   Eigen::Matrix3f linear;
   Eigen::Vector3f offset;
 
-  batch_placement(const projector& by, const Eigen::Vector3d& origin)
+  inline batch_placement(const projector& by, const Eigen::Vector3d& origin)
       : linear{by.to_camera.cast<float>()}, offset{by(origin).cast<float>()} {}
-  [[nodiscard]] Eigen::Vector3f operator()(const auto& p) const { return linear * p + offset; }
+  [[nodiscard]] inline Eigen::Vector3f operator()(const auto& p) const {
+    return linear * p + offset;
+  }
 };
 
 }  // namespace cilantro

@@ -4,10 +4,13 @@
 module;
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
+
+#include "visualization/kernels/splats.hpp"
 module cilantro.visualization:rasterize;
 
 import cilantro.core;
@@ -111,6 +114,14 @@ void for_splats(const point_batch& batch, const projector& by, index_t stride, i
   }
 }
 
+/// The rows that a splat covers.
+inline int first_row(const splat& s) {
+  return std::max(ceil_of(s.y - s.radius), 0);
+}
+inline int last_row(const splat& s, const projector& by) {
+  return std::min(floor_of(s.y + s.radius), by.height - 1);
+}
+
 /// The square of nine pixels around a splat that is at most that large.
 struct nine_pixels {
   index_t first;  ///< The pixel at the top left.
@@ -118,9 +129,11 @@ struct nine_pixels {
   /// share of the squared radius. Beyond 1 it is not covered.
   std::array<float, 9> shares;
 
+  /// Whether a splat is so small.
+  static inline bool suffice(const splat& s) { return s.radius < 1.5f; }
   /// Whether all of the splat is in such a square, all of which is in the picture.
   static inline bool hold(const splat& s, const projector& by) {
-    return s.radius >= 0.71f && s.radius < 1.5f && s.x >= 1.5f && s.y >= 1.5f &&
+    return s.radius >= 0.71f && suffice(s) && s.x >= 1.5f && s.y >= 1.5f &&
            s.x < float(by.width) - 3 && s.y < float(by.height) - 3;
   }
   inline nine_pixels(const splat& s, const projector& by) {
@@ -152,9 +165,8 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
     return;
   }
   const float square = s.radius * s.radius, inverse = 1 / square;
-  const int y_begin = std::max(ceil_of(s.y - s.radius), 0);
-  const int y_end = std::min(floor_of(s.y + s.radius), by.height - 1);
-  for (int y = y_begin; y <= y_end; ++y) {
+  const int y_end = last_row(s, by);
+  for (int y = first_row(s); y <= y_end; ++y) {
     const float dy = float(y) - s.y, half = std::sqrt(std::max(square - dy * dy, 0.0f));
     const int x_begin = std::max(ceil_of(s.x - half), 0);
     const int x_end = std::min(floor_of(s.x + half), by.width - 1);
@@ -166,35 +178,47 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
   }
 }
 
+/// What covers pixels by the vector instructions at hand.
+inline detail::splat_kernels splat_kernels_here() {
+  return detail::for_target(static_cast<int>(current_vector_target()),
+                            []<detail::kernel_target V> { return detail::splat_kernels_in<V>(); });
+}
+inline detail::pixel_grid grid_of(const projector& by) {
+  return {float(by.fx),    float(by.fy), float(by.cx), float(by.cy),
+          by.orthographic, by.width,     by.height};
+}
+
 /// Calls `f(pixel, share, z)` for each pixel of a splat that is a disc across a normal, or the one
 /// pixel of one that is seen from the side: with the squared distance in its plane as a share of
 /// the squared radius, and the depth there. Precondition: the normal is finite and not zero.
 template <class F>
-void for_pixels(const splat& s, const Eigen::Vector3f& normal, const projector& by, F&& f) {
-  const float fx = float(by.fx), fy = float(by.fy), cx = float(by.cx), cy = float(by.cy);
-  const float scale = by.orthographic ? 1 : s.z;
-  const Eigen::Vector3f middle{(s.x - cx) / fx * scale, (s.y - cy) / fy * scale, s.z};
-  const float along = normal.dot(middle), square = s.diameter * s.diameter / 4;
+void for_pixels(const splat& s, const Eigen::Vector3f& normal, const detail::pixel_grid& grid,
+                detail::cover_by_disc* cover, F&& f) {
+  const float scale = grid.orthographic ? 1 : s.z;
+  const Eigen::Vector3f middle{(s.x - grid.cx) / grid.fx * scale, (s.y - grid.cy) / grid.fy * scale,
+                               s.z};
+  const detail::disc_shape disc{s.x,
+                                s.y,
+                                {normal.x(), normal.y(), normal.z()},
+                                {middle.x(), middle.y(), middle.z()},
+                                normal.dot(middle),
+                                s.diameter * s.diameter / 4};
   // Near the border of a picture, the picture of a disc is longer than that of one in its middle.
   const float reach = 1.25f * s.radius;
-  const int y_begin = std::max(ceil_of(s.y - reach), 0);
-  const int y_end = std::min(floor_of(s.y + reach), by.height - 1);
   const int x_begin = std::max(ceil_of(s.x - reach), 0);
-  const int x_end = std::min(floor_of(s.x + reach), by.width - 1);
-  for (int y = y_begin; y <= y_end; ++y)
-    for (int x = x_begin; x <= x_end; ++x) {
-      Eigen::Vector3f at{(float(x) - cx) / fx, (float(y) - cy) / fy, 1};
-      if (by.orthographic)
-        at.z() = (along - normal.x() * at.x() - normal.y() * at.y()) / normal.z();
-      else
-        at *= along / normal.dot(at);
-      float share = (at - middle).squaredNorm() / square, z = at.z();
-      if (!(share <= 1)) {
-        const float dx = float(x) - s.x, dy = float(y) - s.y;
-        share = 4 * (dx * dx + dy * dy);
-        z = s.z;
+  const int y_begin = std::max(ceil_of(s.y - reach), 0);
+  const int x_end = std::min(floor_of(s.x + reach), grid.width - 1);
+  const int y_end = std::min(floor_of(s.y + reach), grid.height - 1);
+  const int size = x_end - x_begin, shift = size < 4 ? 2 : size < 8 ? 3 : 4, columns = 1 << shift;
+  detail::covered_block found;
+  for (int y = y_begin; y <= y_end; y += 16 >> shift)
+    for (int x = x_begin; x <= x_end; x += columns) {
+      unsigned covered = cover(disc, grid, {columns, x, y, x_end, y_end}, found);
+      for (; covered != 0; covered &= covered - 1) {
+        const int i = std::countr_zero(covered);
+        f(index_t(y + (i >> shift)) * grid.width + x + (i & (columns - 1)), found.shares[i],
+          found.depths[i]);
       }
-      if (share <= 1) f(index_t(y) * by.width + x, share, z);
     }
 }
 

@@ -14,6 +14,7 @@ module;
 #include <vector>
 
 #include "core/parallel_backend.hpp"
+#include "visualization/kernels/splats.hpp"
 module cilantro.visualization;
 
 import :drawing;
@@ -62,6 +63,11 @@ void add_to(std::uint64_t& sum, std::uint64_t value, bool is_alone) {
   else
     std::atomic_ref{sum}.fetch_add(value, std::memory_order_relaxed);
 }
+/// A colour so many times, that of weight 1.
+void add_to(color_sum& sum, const color_sum& own, std::uint64_t weight, bool is_alone) {
+  add_to(sum.red_green, own.red_green * weight, is_alone);
+  add_to(sum.blue_weight, own.blue_weight * weight, is_alone);
+}
 
 /// Places to work in, for as many threads as there are places.
 class places {
@@ -95,21 +101,24 @@ class painter {
                     ? 1
                     : std::max<index_t>(1, (index_t(all.first_line) + options.point_budget - 1) /
                                                options.point_budget)},
-        nearest_(has_own_ ? static_cast<std::size_t>(threads_) : 1,
-                 std::vector<depth_and_number>(
-                     static_cast<std::size_t>(by.width) * static_cast<std::size_t>(by.height),
-                     nothing)) {}
+        nearest_(has_own_ ? static_cast<std::size_t>(threads_) : 1) {
+    clear(nearest_, nothing);
+  }
 
   void find_nearest() {
-    for (const auto& [batch, layer, place, first] : all_.points)
-      if (batch->opacity == 1)
-        draw_splats(*batch, [&, batch, first](std::size_t mine, index_t i, const splat& s) {
-          const auto number = first + static_cast<std::uint32_t>(i);
+    for (const auto& one : all_.points)
+      if (one.batch->opacity == 1)
+        draw_splats(one, [&](std::size_t mine, index_t i, const splat& s) {
+          const auto number = one.first + static_cast<std::uint32_t>(i);
           const auto key = key_of(s.z, number);
-          if (const auto normal = disc_normal(*batch, i))
-            for_pixels(s, *normal, by_, [&](index_t pixel, float, float z) {
-              put(nearest_[mine][pixel], key_of(z, number), has_own_);
-            });
+          if (const auto normal = disc_normal(one, i))
+            for_pixels(s, *normal, grid_, kernels_.cover_by_disc,
+                       [&](index_t pixel, float, float z) {
+                         put(nearest_[mine][pixel], key_of(z, number), has_own_);
+                       });
+          else if (has_own_ && !nine_pixels::suffice(s))
+            kernels_.keep_least_of_round({s.x, s.y, s.radius, first_row(s), last_row(s, by_)}, key,
+                                         grid_, nearest_[mine].data());
           else
             for_pixels(s, by_, [&](index_t pixel, float share) {
               put(nearest_[mine][pixel], share <= 1 ? key : nothing, has_own_);
@@ -117,10 +126,10 @@ class painter {
         });
     gather(nearest_, [](depth_and_number& to, depth_and_number from) { to = std::min(to, from); });
     const auto draw_opaque = [&](const auto& batches) {
-      for (const auto& [batch, layer, place, first] : batches)
-        if (batch->opacity == 1)
-          rasterize(*batch, by_, how_, [&, first](index_t i, index_t pixel, float z) {
-            put(nearest_[0][pixel], key_of(z, first + static_cast<std::uint32_t>(i)),
+      for (const auto& one : batches)
+        if (one.batch->opacity == 1)
+          rasterize(*one.batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+            put(nearest_[0][pixel], key_of(z, one.first + static_cast<std::uint32_t>(i)),
                 threads_ == 1);
           });
     };
@@ -167,12 +176,12 @@ class painter {
  private:
   /// Calls `f(mine, i, splat)` for the splats of a batch, from several threads at once, `mine`
   /// being a place that no other thread has meanwhile if each has its own.
-  void draw_splats(const point_batch& batch, auto&& f) {
+  void draw_splats(const numbered<point_batch>& one, auto&& f) {
     places own{nearest_.size()};
-    const index_t count = (batch.points.cols() + stride_ - 1) / stride_;
+    const index_t count = (one.batch->points.cols() + stride_ - 1) / stride_;
     parallel_blocks(count, 4096, how_, [&](index_t, index_t begin, index_t end) {
       const auto draw = [&](std::size_t mine) {
-        for_splats(batch, by_, stride_, begin, end,
+        for_splats(*one.batch, by_, stride_, begin, end,
                    [&](index_t i, const splat& s) { f(mine, i, s); });
       };
       if (has_own_)
@@ -182,21 +191,29 @@ class painter {
     });
   }
   /// In the camera's coordinates; nothing if a splat is round.
-  [[nodiscard]] std::optional<Eigen::Vector3f> disc_normal(const point_batch& batch,
+  [[nodiscard]] std::optional<Eigen::Vector3f> disc_normal(const numbered<point_batch>& one,
                                                            index_t i) const {
-    if (!batch.along_normals) return std::nullopt;
-    const auto own = batch.normals.col(i);
+    if (!one.batch->along_normals) return std::nullopt;
+    const auto own = one.batch->normals.col(i);
     if (!is_finite(own) || own.isZero(0)) return std::nullopt;
-    return by_.to_camera.cast<float>() * own;
+    return one.in_camera.linear * own;
   }
   /// Calls `f(pixel, share, z)` for the pixels of a splat.
-  void for_covered(const point_batch& batch, index_t i, const splat& s, auto&& f) const {
-    if (const auto normal = disc_normal(batch, i))
-      for_pixels(s, *normal, by_, f);
+  void for_covered(const numbered<point_batch>& one, index_t i, const splat& s, auto&& f) const {
+    if (const auto normal = disc_normal(one, i))
+      for_pixels(s, *normal, grid_, kernels_.cover_by_disc, f);
     else
       for_pixels(s, by_, [&](index_t pixel, float share) {
         if (share <= 1) f(pixel, share, s.z);
       });
+  }
+  /// Pixels for each thread, each written by another: fresh memory takes more time than drawing.
+  template <class T>
+  void clear(std::vector<std::vector<T>>& all, const T& value) const {
+    const auto size = static_cast<std::size_t>(by_.width) * static_cast<std::size_t>(by_.height);
+    parallel_blocks(std::ssize(all), 1, execution{how_.threads}, [&](index_t k, index_t, index_t) {
+      all[k].assign(size + detail::keys_behind, value);
+    });
   }
   /// What threads have in their own places, in the first one.
   template <class T>
@@ -216,12 +233,12 @@ class painter {
     }
   }
 
-  [[nodiscard]] color lit_point(const point_batch& batch, index_t i) const {
-    color own = color_of(batch.colors, i);
+  [[nodiscard]] color lit_point(const numbered<point_batch>& one, index_t i) const {
+    const auto& batch = *one.batch;
+    const color own = color_of(batch.colors, i);
     if (batch.normals.cols() == 0 || !batch.lit) return own;
-    const batch_placement place{by_, batch.origin};
-    return own *
-           light_on(place.linear * batch.normals.col(i), towards_eye(place(batch.points.col(i))));
+    return own * light_on(one.in_camera.linear * batch.normals.col(i),
+                          towards_eye(one.in_camera(batch.points.col(i))));
   }
   [[nodiscard]] Eigen::Vector3f towards_eye(const Eigen::Vector3f& p) const {
     return by_.orthographic ? Eigen::Vector3f{0, 0, -1} : Eigen::Vector3f{-p};
@@ -243,8 +260,10 @@ class painter {
   }
 
   /// Where the pixel sees a triangle: the weights of its corners.
-  [[nodiscard]] color lit_triangle(const triangle_batch& batch, index_t i, index_t pixel) const {
-    const batch_placement place{by_, batch.origin};
+  [[nodiscard]] color lit_triangle(const numbered<triangle_batch>& one, index_t i,
+                                   index_t pixel) const {
+    const auto& batch = *one.batch;
+    const auto& place = one.in_camera;
     const auto corners = batch.triangles.col(i);
     Eigen::Matrix3d p;
     for (int k = 0; k < 3; ++k) p.col(k) = place(batch.points.col(corners[k])).cast<double>();
@@ -282,7 +301,7 @@ class painter {
     const auto number = static_cast<std::uint32_t>(nearest_[0][pixel]);
     if (number >= all_.first_triangle) {
       const auto& own = drawing::of(all_.triangles, number);
-      const color lit = lit_triangle(*own.batch, number - own.first, pixel);
+      const color lit = lit_triangle(own, number - own.first, pixel);
       return own.batch->lit ? color{light * lit} : lit;
     }
     if (number >= all_.first_line) {
@@ -297,33 +316,62 @@ class painter {
                (light / weight);
     }
     const auto& own = drawing::of(all_.points, number);
-    return light * lit_point(*own.batch, number - own.first);
+    return light * lit_point(own, number - own.first);
   }
 
+  /// What a splat counts in a pixel; nothing if it does not cover it, or is well behind the
+  /// nearest.
+  [[nodiscard]] std::uint64_t weight_in(index_t pixel, float share, float z, float diameter) const {
+    const auto key = nearest_[0][pixel];
+    // Without a branch: which splats are hidden, no processor can foresee.
+    const bool counts = (share <= 1) & (static_cast<std::uint32_t>(key) < all_.first_line) &
+                        !(z - depth_of(key) > diameter);
+    const int weight = static_cast<int>(1 + float(most_weight_ - 1) * (1 - share));
+    return static_cast<std::uint64_t>(counts ? weight : 0);
+  }
+  /// The colour of a point, as a sum of weight 1.
+  [[nodiscard]] color_sum lit_sum(const numbered<point_batch>& one, index_t i) const {
+    const color lit = lit_point(one, i);
+    const auto part = [&](int k) { return static_cast<std::uint64_t>(lit[k] + 0.5f); };
+    return {part(0) << 32 | part(1), part(2) << 32 | 1};
+  }
+  /// A small splat: first what it counts in all of its pixels, since most count in none.
+  void mix_nine(std::vector<color_sum>& sums, const numbered<point_batch>& one, index_t i,
+                const splat& s) {
+    const nine_pixels nine{s, by_};
+    std::array<std::uint64_t, 9> weights;
+    std::uint64_t any = 0;
+    const auto pixel = [&](std::size_t k) {
+      return nine.first + static_cast<index_t>(k / 3) * by_.width + static_cast<index_t>(k % 3);
+    };
+    for (std::size_t k = 0; k < 9; ++k)
+      any |= weights[k] = weight_in(pixel(k), nine.shares[k], s.z, s.diameter);
+    if (any == 0) return;
+    const auto own = lit_sum(one, i);
+    for (std::size_t k = 0; k < 9; ++k)
+      if (has_own_ || weights[k] != 0) add_to(sums[pixel(k)], own, weights[k], has_own_);
+  }
   /// Adds up the splats that are hardly behind the nearest one.
   void mix_splats() {
     // No sum must reach 2^32, wherever all points are.
-    const auto most = std::uint32_t(
+    most_weight_ = static_cast<int>(
         std::min<std::uint64_t>((1ull << 32) / (255ull * (all_.first_line + 1ull)), 16));
-    if (most == 0 || all_.points.empty()) return;
-    sums_.assign(nearest_.size(), std::vector<color_sum>(nearest_[0].size()));
-    for (const auto& [batch, layer, place, first] : all_.points) {
-      if (batch->opacity < 1) continue;
-      draw_splats(*batch, [&, batch](std::size_t mine, index_t i, const splat& s) {
-        std::optional<std::array<std::uint64_t, 3>> own;
-        for_covered(*batch, i, s, [&](index_t pixel, float share, float z) {
-          const auto key = nearest_[0][pixel];
-          if (static_cast<std::uint32_t>(key) >= all_.first_line || z - depth_of(key) > s.diameter)
-            return;
-          if (!own) {
-            const color lit = lit_point(*batch, i);
-            own.emplace();
-            for (int k = 0; k < 3; ++k) (*own)[k] = std::uint64_t(lit[k] + 0.5f);
-          }
-          const auto weight = std::uint64_t(1 + float(most - 1) * (1 - share));
-          auto& [red_green, blue_weight] = sums_[mine][pixel];
-          add_to(red_green, (*own)[0] * weight << 32 | (*own)[1] * weight, has_own_);
-          add_to(blue_weight, (*own)[2] * weight << 32 | weight, has_own_);
+    if (most_weight_ == 0 || all_.points.empty()) return;
+    sums_.resize(nearest_.size());
+    clear(sums_, {});
+    for (const auto& one : all_.points) {
+      if (one.batch->opacity < 1) continue;
+      draw_splats(one, [&](std::size_t mine, index_t i, const splat& s) {
+        if (!one.batch->along_normals && nine_pixels::hold(s, by_)) {
+          mix_nine(sums_[mine], one, i, s);
+          return;
+        }
+        std::optional<color_sum> own;
+        for_covered(one, i, s, [&](index_t pixel, float share, float z) {
+          const auto weight = weight_in(pixel, share, z, s.diameter);
+          if (weight == 0) return;
+          if (!own) own = lit_sum(one, i);
+          add_to(sums_[mine][pixel], *own, weight, has_own_);
         });
       });
     }
@@ -337,11 +385,11 @@ class painter {
   void gather_veils() {
     veils_.resize(nearest_[0].size());
     const auto draw_transparent = [&](const auto& batches, auto&& draw) {
-      for (const auto& [batch, layer, place, first] : batches) {
-        const double opacity = batch->opacity;
+      for (const auto& one : batches) {
+        const double opacity = one.batch->opacity;
         if (opacity == 0 || opacity == 1) continue;
-        draw(*batch, [&, opacity, opaqueness = opaqueness_of(opacity)](index_t pixel, float z,
-                                                                       const color& own) {
+        draw(one, [&, opacity, opaqueness = opaqueness_of(opacity)](index_t pixel, float z,
+                                                                    const color& own) {
           const auto key = nearest_[0][pixel];
           if (!(z < depth_of(key)) && key != nothing) return;
           // Nearer ones count more, without an order.
@@ -356,20 +404,20 @@ class painter {
         });
       }
     };
-    draw_transparent(all_.points, [&](const point_batch& batch, const auto& add) {
-      draw_splats(batch, [&](std::size_t, index_t i, const splat& s) {
-        const color own = lit_point(batch, i);
-        for_covered(batch, i, s, [&](index_t pixel, float, float z) { add(pixel, z, own); });
+    draw_transparent(all_.points, [&](const auto& one, const auto& add) {
+      draw_splats(one, [&](std::size_t, index_t i, const splat& s) {
+        const color own = lit_point(one, i);
+        for_covered(one, i, s, [&](index_t pixel, float, float z) { add(pixel, z, own); });
       });
     });
-    draw_transparent(all_.lines, [&](const line_batch& batch, const auto& add) {
-      rasterize(batch, by_, how_, [&](index_t i, index_t pixel, float z) {
-        add(pixel, z, color_of(batch.colors, i));
+    draw_transparent(all_.lines, [&](const auto& one, const auto& add) {
+      rasterize(*one.batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+        add(pixel, z, color_of(one.batch->colors, i));
       });
     });
-    draw_transparent(all_.triangles, [&](const triangle_batch& batch, const auto& add) {
-      rasterize(batch, by_, how_, [&](index_t i, index_t pixel, float z) {
-        add(pixel, z, lit_triangle(batch, i, pixel));
+    draw_transparent(all_.triangles, [&](const auto& one, const auto& add) {
+      rasterize(*one.batch, by_, how_, [&](index_t i, index_t pixel, float z) {
+        add(pixel, z, lit_triangle(one, i, pixel));
       });
     });
   }
@@ -382,6 +430,8 @@ class painter {
 
   const drawing& all_;
   const projector& by_;
+  detail::pixel_grid grid_ = grid_of(by_);
+  detail::splat_kernels kernels_ = splat_kernels_here();
   const render_options& options_;
   execution how_;
   int threads_;
@@ -391,6 +441,7 @@ class painter {
   index_t stride_;                                      ///< One of so many points is drawn.
   std::vector<std::vector<depth_and_number>> nearest_;  ///< The first one is that of all.
   std::vector<std::vector<color_sum>> sums_;            ///< The same, where splats are mixed.
+  int most_weight_ = 0;                                 ///< Of a splat in the middle.
   std::vector<veil> veils_;                             ///< Where anything is transparent.
 };
 
@@ -422,8 +473,8 @@ picture_size size_of(const view& from, const render_options& o) {
 image<rgb> render(const scene& all, const view& from, const render_options& options) {
   const auto [width, height] = size_of(from, options);
   const int fine = options.supersampling;
-  const drawing drawn{all};
   const projector by{from, width, height, fine};
+  const drawing drawn{all, by};
   painter paint{drawn, by, options};
   const auto report = [&](double done) {
     if (options.monitor.progress) options.monitor.progress(done);
@@ -448,7 +499,7 @@ std::optional<picked> pick(const scene& all, const view& from, double x, double 
   by.cx -= column;
   by.cy -= row;
   by.width = by.height = 1;
-  const drawing drawn{all};
+  const drawing drawn{all, by};
   painter paint{drawn, by, options};
   paint.find_nearest();
   const auto key = paint.key_at(0);

@@ -14,6 +14,7 @@
 #include <vector>
 
 import cilantro.visualization;
+import test_support;
 
 using namespace cilantro;
 
@@ -273,6 +274,42 @@ TEST_CASE("a picture has the same bits for any number of threads") {
       CHECK(render(all, fit(all), options) == one);
     }
   }
+}
+
+TEST_CASE("splats of any size have the same bits for any vector target and number of threads") {
+  // From less than a pixel to a quarter of the picture, also where they leave it.
+  point_batch batch{.points = Eigen::Matrix3Xf(3, 400), .normals = Eigen::Matrix3Xf(3, 400)};
+  batch.colors.resize(3, 400);
+  batch.size.in = point_size::unit::length;
+  batch.size.sizes.resize(400);
+  random_stream random{3};
+  for (index_t i = 0; i < 400; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      batch.points(k, i) = float(random.uniform(-1.2, 1.2));
+      batch.normals(k, i) = float(random.normal());
+      batch.colors(k, i) = std::uint8_t(255 * random.uniform());
+    }
+    batch.size.sizes[i] = float(std::pow(10.0, random.uniform(-2.5, 0)));
+  }
+  batch.normals.col(7).setZero();
+  for (const bool along_normals : {false, true})
+    for (const bool blend : {false, true})
+      for (const bool orthographic : {false, true}) {
+        batch.along_normals = along_normals;
+        const scene all = scene{}.set("splats", batch);
+        view from = from_above(203, 151);
+        from.orthographic = orthographic;
+        if (orthographic) from.camera.fx = from.camera.fy = 100;
+        render_options options{.blend = blend, .threads = 1};
+        const auto one = render(all, from, options);
+        for (const vector_target target : test::available_targets()) {
+          const test::using_target narrower{target};
+          for (const int threads : {1, 2, 8}) {
+            options.threads = threads;
+            CHECK(render(all, from, options) == one);
+          }
+        }
+      }
 }
 
 TEST_CASE("transparent things look the same in any order, and nothing hides behind them") {

@@ -59,8 +59,7 @@ int main(int argc, char** argv) try {
             "out/cloud.png");
   scene layers = in_two_colors(target, aligned);
   write_html(layers.set("parts", both).hide("parts"), view{first.camera, diagonal(target) / 2},
-             "out/cloud.html",
-             {.title = "two scans, aligned"});
+             "out/cloud.html", {.title = "two scans, aligned"});
   std::cout << report << "aligned: " << found.status << " after " << found.iterations
             << " iterations, " << found.pairs << " pairs, overlap " << found.overlap << ", rmse "
             << found.rmse << ", " << found.undetermined << " undetermined directions\n"

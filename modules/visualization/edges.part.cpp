@@ -48,8 +48,8 @@ class edge_lighting {
     const auto shade = [&](int x, auto&& depth) {
       const float z = rows[1][x], scale = parallel_scale_ > 0 ? parallel_scale_ : 1 / z;
       const auto step = [&](int dx, int dy) {
-        const float one = depth(rows[std::size_t(1 - dy)], x - dx * reach_);
-        const float other = depth(rows[std::size_t(1 + dy)], x + dx * reach_);
+        const float one = depth(rows[1 - dy], x - dx * reach_);
+        const float other = depth(rows[1 + dy], x + dx * reach_);
         // Where nothing is, nothing is nearer.
         const float behind = 2 * z - (one == one ? one : z) - (other == other ? other : z);
         // Beyond this, nearer is just nearer.

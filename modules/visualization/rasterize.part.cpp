@@ -143,7 +143,7 @@ struct nine_pixels {
     for (int row = 0; row < 3; ++row)
       for (int column = 0; column < 3; ++column) {
         const float u = dx + float(column), v = dy + float(row);
-        shares[std::size_t(3 * row + column)] = (u * u + v * v) * inverse;
+        shares[3 * row + column] = (u * u + v * v) * inverse;
       }
   }
 };
@@ -161,7 +161,7 @@ void for_pixels(const splat& s, const projector& by, F&& f) {
     const nine_pixels nine{s, by};
     for (int row = 0; row < 3; ++row)
       for (int column = 0; column < 3; ++column)
-        f(nine.first + row * by.width + column, nine.shares[std::size_t(3 * row + column)]);
+        f(nine.first + row * by.width + column, nine.shares[3 * row + column]);
     return;
   }
   const float square = s.radius * s.radius, inverse = 1 / square;

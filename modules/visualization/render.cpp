@@ -235,7 +235,7 @@ class painter {
 
   [[nodiscard]] color lit_point(const numbered<point_batch>& one, index_t i) const {
     const auto& batch = *one.batch;
-    const color own = color_of(batch.colors, i);
+    color own = color_of(batch.colors, i);
     if (batch.normals.cols() == 0 || !batch.lit) return own;
     return own * light_on(one.in_camera.linear * batch.normals.col(i),
                           towards_eye(one.in_camera(batch.points.col(i))));

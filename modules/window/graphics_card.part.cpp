@@ -354,15 +354,17 @@ class graphics_card {
     }
     gl_.BindBuffer(GL_ARRAY_BUFFER, buffer.id());
     gl_.EnableVertexAttribArray(place);
-    gl_.VertexAttribPointer(place, count, type, type == GL_FLOAT ? GL_FALSE : GL_TRUE, stride,
-                            reinterpret_cast<const void*>(std::intptr_t{offset}));
+    gl_.VertexAttribPointer(
+        place, count, type, type == GL_FLOAT ? GL_FALSE : GL_TRUE, stride,
+        reinterpret_cast<const void*>(std::intptr_t{offset}));  // NOLINT: OpenGL's way to say it.
     gl_.VertexAttribDivisor(place, GLuint(step));
   }
   void color_attribute(GLuint place, const card_buffer& buffer, const color_matrix& own,
                        int step = 0) {
     attribute(place, buffer, 3, GL_UNSIGNED_BYTE, 3, step);
     if (!buffer)
-      gl_.VertexAttrib4f(place, own(0, 0) / 255.f, own(1, 0) / 255.f, own(2, 0) / 255.f, 0);
+      gl_.VertexAttrib4f(place, float(own(0, 0)) / 255, float(own(1, 0)) / 255,
+                         float(own(2, 0)) / 255, 0);
   }
 
   void draw(const card_layer::points& one, mode how) {
@@ -497,8 +499,9 @@ class graphics_card {
     gl_.ActiveTexture(GL_TEXTURE0);
     set_picture(resolve_);
     const auto& background = options.background;
-    resolve_.set("background", Eigen::Vector3f{background[0] / 255.f, background[1] / 255.f,
-                                               background[2] / 255.f});
+    resolve_.set("background",
+                 Eigen::Vector3f{float(background[0]) / 255, float(background[1]) / 255,
+                                 float(background[2]) / 255});
     resolve_.set("edges", options.edges);
     resolve_.set("reach", std::max(2 * fine_, int(std::lround(height_ / 360.0))));
     resolve_.set("hasVeils", has_veils);

@@ -18,160 +18,10 @@ module;
 module cilantro.window:graphics_card;
 
 import cilantro.visualization;
-import :desktop;
+import :card_objects;
 import :gl_functions;
 
 namespace cilantro {
-
-/// A program for the graphics card, of two shaders.
-class card_program {
- public:
-  card_program(const gl_functions& gl, const std::string& kind, const std::string& defines)
-      : gl_{&gl}, id_{gl.CreateProgram()} {
-    const auto whole = [&](const std::string& stage) {
-      return "#version 330 core\n" + defines + detail::shader("common") +
-             (kind == "resolve" ? "" : detail::shader(stage)) + detail::shader(kind + "." + stage);
-    };
-    add(GL_VERTEX_SHADER, whole("vertex"));
-    add(GL_FRAGMENT_SHADER, whole("fragment"));
-    gl.LinkProgram(id_);
-    GLint is_linked = 0;
-    gl.GetProgramiv(id_, GL_LINK_STATUS, &is_linked);
-    if (!is_linked) throw_window_error("the driver of OpenGL links no shaders");
-  }
-
-  void use() const { gl_->UseProgram(id_); }
-  void set(const char* name, double x) { gl_->Uniform1f(at(name), float(x)); }
-  void set(const char* name, int x) { gl_->Uniform1i(at(name), x); }
-  void set(const char* name, bool x) { gl_->Uniform1i(at(name), x ? 1 : 0); }
-  void set(const char* name, const Eigen::Vector2f& x) { gl_->Uniform2f(at(name), x[0], x[1]); }
-  void set(const char* name, const Eigen::Vector3f& x) {
-    gl_->Uniform3f(at(name), x[0], x[1], x[2]);
-  }
-  void set(const char* name, const Eigen::Matrix3f& x) {
-    gl_->UniformMatrix3fv(at(name), 1, GL_FALSE, x.data());
-  }
-
- private:
-  void add(GLenum stage, const std::string& source) {
-    const GLuint shader = gl_->CreateShader(stage);
-    const GLchar* text = source.c_str();
-    gl_->ShaderSource(shader, 1, &text, nullptr);
-    gl_->CompileShader(shader);
-    GLint is_compiled = 0;
-    gl_->GetShaderiv(shader, GL_COMPILE_STATUS, &is_compiled);
-    if (!is_compiled) {
-      std::array<char, 400> log{};
-      gl_->GetShaderInfoLog(shader, GLsizei(log.size()), nullptr, log.data());
-      throw_window_error(std::string{"the driver of OpenGL compiles no shaders: "} + log.data());
-    }
-    gl_->AttachShader(id_, shader);
-    gl_->DeleteShader(shader);
-  }
-  /// −1, which is nowhere, for what a program does without.
-  GLint at(const char* name) {
-    const auto [known, is_new] = places_.try_emplace(name, -1);
-    if (is_new) known->second = gl_->GetUniformLocation(id_, name);
-    return known->second;
-  }
-
-  const gl_functions* gl_;
-  GLuint id_;
-  std::map<std::string, GLint, std::less<>> places_;
-};
-
-/// Numbers on the graphics card.
-class card_buffer {
- public:
-  card_buffer() = default;
-  card_buffer(const gl_functions& gl, const void* data, std::ptrdiff_t size) : gl_{&gl} {
-    gl.GenBuffers(1, &id_);
-    gl.BindBuffer(GL_ARRAY_BUFFER, id_);
-    gl.BufferData(GL_ARRAY_BUFFER, size, data, GL_STATIC_DRAW);
-    if (gl.GetError() == GL_OUT_OF_MEMORY)
-      throw_window_error("the graphics card has too little memory for this scene");
-  }
-  template <class Matrix>
-  card_buffer(const gl_functions& gl, const Matrix& columns)
-      : card_buffer{gl, columns.data(),
-                    std::ptrdiff_t(columns.size()) * std::ptrdiff_t(sizeof(*columns.data()))} {}
-  card_buffer(card_buffer&& other) noexcept : gl_{other.gl_}, id_{std::exchange(other.id_, 0)} {}
-  card_buffer& operator=(card_buffer&& other) noexcept {
-    std::swap(gl_, other.gl_);
-    std::swap(id_, other.id_);
-    return *this;
-  }
-  ~card_buffer() {
-    if (id_ != 0) gl_->DeleteBuffers(1, &id_);
-  }
-  [[nodiscard]] GLuint id() const { return id_; }
-  explicit operator bool() const { return id_ != 0; }
-
- private:
-  const gl_functions* gl_ = nullptr;
-  GLuint id_ = 0;
-};
-
-/// Pixels on the graphics card.
-class card_texture {
- public:
-  card_texture() = default;
-  card_texture(const gl_functions& gl, GLint stored, GLenum format, GLenum type, int width,
-               int height, const void* pixels = nullptr)
-      : gl_{&gl} {
-    gl.GenTextures(1, &id_);
-    gl.BindTexture(GL_TEXTURE_2D, id_);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl.TexImage2D(GL_TEXTURE_2D, 0, stored, width, height, 0, format, type, pixels);
-    if (gl.GetError() != GL_NO_ERROR)
-      throw_window_error("the graphics card cannot hold a texture of this size");
-  }
-  card_texture(card_texture&& other) noexcept : gl_{other.gl_}, id_{std::exchange(other.id_, 0)} {}
-  card_texture& operator=(card_texture&& other) noexcept {
-    std::swap(gl_, other.gl_);
-    std::swap(id_, other.id_);
-    return *this;
-  }
-  ~card_texture() {
-    if (id_ != 0) gl_->DeleteTextures(1, &id_);
-  }
-  [[nodiscard]] GLuint id() const { return id_; }
-  explicit operator bool() const { return id_ != 0; }
-
- private:
-  const gl_functions* gl_ = nullptr;
-  GLuint id_ = 0;
-};
-
-/// What can be drawn into.
-class card_target {
- public:
-  card_target() = default;
-  card_target(const gl_functions& gl, const card_texture& color, const card_texture* depth)
-      : gl_{&gl} {
-    gl.GenFramebuffers(1, &id_);
-    bind();
-    gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, color.id(), 0);
-    if (depth)
-      gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth->id(), 0);
-  }
-  card_target(card_target&& other) noexcept : gl_{other.gl_}, id_{std::exchange(other.id_, 0)} {}
-  card_target& operator=(card_target&& other) noexcept {
-    std::swap(gl_, other.gl_);
-    std::swap(id_, other.id_);
-    return *this;
-  }
-  ~card_target() {
-    if (id_ != 0) gl_->DeleteFramebuffers(1, &id_);
-  }
-  void bind() const { gl_->BindFramebuffer(GL_FRAMEBUFFER, id_); }
-
- private:
-  const gl_functions* gl_ = nullptr;
-  GLuint id_ = 0;
-};
 
 /// What a layer consists of, on the graphics card.
 struct card_layer {
@@ -427,7 +277,7 @@ class graphics_card {
         draw_where(layer.all_triangles, how, opaque);
       });
     };
-    opaque_target_.bind();
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, opaque_target_.id());
     gl_.Enable(GL_DEPTH_TEST);
     gl_.DepthFunc(GL_LEQUAL);
     gl_.DepthMask(GL_TRUE);
@@ -471,12 +321,12 @@ class graphics_card {
     };
     gl_.DepthMask(GL_FALSE);
     gl_.Enable(GL_BLEND);
-    veil_target_.bind();
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, veil_target_.id());
     gl_.ClearColor(0, 0, 0, 0);
     gl_.Clear(GL_COLOR_BUFFER_BIT);
     gl_.BlendFunc(GL_ONE, GL_ONE);
     draw_all(veils);
-    passed_target_.bind();
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, passed_target_.id());
     gl_.ClearColor(1, 1, 1, 1);
     gl_.Clear(GL_COLOR_BUFFER_BIT);
     gl_.BlendFunc(GL_ZERO, GL_ONE_MINUS_SRC_COLOR);
@@ -486,7 +336,7 @@ class graphics_card {
   }
 
   void resolve(const render_options& options, bool has_veils) {
-    result_target_.bind();
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, result_target_.id());
     gl_.Disable(GL_DEPTH_TEST);
     resolve_.use();
     const std::array textures{std::pair{"sums", &sums_}, std::pair{"depths", &depths_},

@@ -41,6 +41,7 @@ clang-tidy-22|clang-tidy, which finds what a compiler does not see
 libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
 libglfw3-dev|GLFW, for windows on the screen
 libgl-dev|the headers of OpenGL, for the same
+libegl-dev|those of EGL, by which graphics cards draw without a display
 libgl1-mesa-dri|a driver of OpenGL for machines without a graphics card, on which windows are tested
 xvfb|a display that nobody sees, for the same
 xdotool|a mouse and keys that nobody touches, for the same

@@ -158,6 +158,9 @@ class desktop_window {
     return first;
   }
 
+  /// A function of OpenGL, as the current context has it; null if it has none of that name.
+  static void (*function_of_gl(const char* name))() { return glfwGetProcAddress(name); }
+
   /// Calls a function with the context of this window.
   void with_context(auto&& call) {
     const context_of_caller restore;

@@ -2,9 +2,7 @@
 //
 // The functions of OpenGL 3.3 that are needed. Internal.
 module;
-#define GLFW_INCLUDE_NONE
 #include <GL/glcorearb.h>
-#include <GLFW/glfw3.h>
 
 #include <string>
 module cilantro.window:gl_functions;
@@ -13,8 +11,22 @@ import :desktop;
 
 namespace cilantro {
 
-/// As the context has them that is current when this is made.
+using gl_function = void (*)();
+
+/// As the context has them that is current when this is made, by name.
 struct gl_functions {
+  explicit gl_functions(gl_function (*by_name)(const char*)) : by_name_{by_name} {}
+
+ private:
+  gl_function (*by_name_)(const char*);
+  template <class Function>
+  Function load(const char* name) {
+    const auto function = reinterpret_cast<Function>(by_name_(name));
+    if (function == nullptr) throw_window_error(std::string{"the driver of OpenGL has no "} + name);
+    return function;
+  }
+
+ public:
 #define CILANTRO_GL_FUNCTIONS(F)                                 \
   F(PFNGLACTIVETEXTUREPROC, ActiveTexture)                       \
   F(PFNGLATTACHSHADERPROC, AttachShader)                         \
@@ -79,14 +91,6 @@ struct gl_functions {
   CILANTRO_GL_FUNCTIONS(CILANTRO_GL_DECLARE)
 #undef CILANTRO_GL_DECLARE
 #undef CILANTRO_GL_FUNCTIONS
-
- private:
-  template <class Function>
-  static Function load(const char* name) {
-    const auto function = reinterpret_cast<Function>(glfwGetProcAddress(name));
-    if (function == nullptr) throw_window_error(std::string{"the driver of OpenGL has no "} + name);
-    return function;
-  }
 };
 
 }  // namespace cilantro

@@ -91,10 +91,14 @@ class graphics_card {
     largest_point_ = std::min(sizes[1], 1024.0f);
   }
 
+  /// What the driver calls what draws.
+  [[nodiscard]] static std::string name_of(const gl_functions& gl) {
+    const auto* name = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
+    return name ? name : "";
+  }
   /// Whether what is called so draws by the processor, which `render` does faster.
   [[nodiscard]] static bool is_software(const gl_functions& gl) {
-    const auto* name = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
-    const std::string_view text = name ? name : "";
+    const std::string text = name_of(gl);
     return std::ranges::any_of(
         std::array<std::string_view, 4>{"llvmpipe", "softpipe", "SwiftShader", "Software"},
         [&](std::string_view one) { return text.find(one) != text.npos; });

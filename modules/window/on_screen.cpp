@@ -62,7 +62,7 @@ class window::screen {
         mouse_{options.can_turn},
         pending_{std::move(first)} {
     desktop_.with_context([&] {
-      gl_.emplace();
+      gl_.emplace(desktop_window::function_of_gl);
       picture_.emplace(*gl_);
       const bool by_card =
           options.drawn_by == renderer::opengl ||
@@ -388,7 +388,7 @@ bool can_open_window() {
   try {
     desktop_window probe{"cilantro", 1, 1, false};
     probe.with_context([] {
-      const gl_functions gl;
+      const gl_functions gl{desktop_window::function_of_gl};
       picture_texture{gl};
     });
     return true;

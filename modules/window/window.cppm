@@ -8,3 +8,4 @@ export import :key;
 export import :on_screen;
 export import :image_viewer;
 export import :show;
+export import :card_renderer;

@@ -20,7 +20,7 @@ INTERFACE_HEADERS = {"core/parallel_backend.hpp", "core/closed_spaces.hpp", "cor
 ONLY_IN = {"omp.h": ["core/parallel_backend.cpp"], "png.h": ["io/image/png.cpp"], "jpeglib.h": ["io/image/jpeg.cpp"],
            "libqhull_r/qhull_ra.h": ["spatial/qhull.cpp"], "lzf.h": ["io/pcd/pcd_read.cpp", "io/pcd/pcd_write.cpp"],
            "spawn.h": ["visualization/child_process.part.cpp"], "zlib.h": ["io/image/png.cpp", "visualization/packing.part.cpp"],
-           "GLFW/glfw3.h": ["window/desktop.part.cpp", "window/key_codes.part.cpp", "window/gl_functions.part.cpp"],
+           "GLFW/glfw3.h": ["window/desktop.part.cpp", "window/key_codes.part.cpp"], "EGL/egl.h": ["window/card_renderer.cpp"],
            "GL/glcorearb.h": ["window/card_objects.part.cpp", "window/gl_functions.part.cpp", "window/graphics_card.part.cpp",
                               "window/picture_texture.part.cpp"]}
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -129,6 +130,43 @@ TEST_CASE("what a graphics card draws is alike to what render draws") {
     CHECK(best >= 35);
     MESSAGE(what << ": " << best << " dB");
   }
+}
+
+TEST_CASE("a graphics card draws without a display, scenes that change and several sizes") {
+  std::optional<card_renderer> card;
+  try {
+    card.emplace();
+  } catch (const window_error& error) {
+    MESSAGE("skipped: " << std::string{error.what()});
+    return;
+  }
+  CHECK_FALSE(card->name().empty());
+  auto all = scene{}.set("planet", planet()).set("sheet", sheet({60, 200, 60}, 0.4));
+  const view from = fit(all);
+  for (const render_options& options :
+       {render_options{.width = 320, .height = 240},
+        render_options{.width = 500, .height = 200, .supersampling = 2},
+        render_options{.blend = false, .edges = 0}}) {
+    CHECK(likeness(card->render(all, from, options), render(all, from, options)) >= 35);
+    card_renderer moved = std::move(*card);
+    *card = std::move(moved);
+  }
+  all.set("planet", planet(500)).hide("sheet");
+  CHECK(likeness(card->render(all, from), render(all, from)) >= 35);
+  card_renderer other;
+  CHECK(likeness(other.render(scene{}, from), render(scene{}, from)) >= 35);
+  CHECK(likeness(card->render(all, from), render(all, from)) >= 35);
+
+  // Fewer points, which are larger.
+  const auto fewer = card->render(all, from, {.point_budget = 100});
+  CHECK(likeness(fewer, render(all, from)) > 15);
+  CHECK_FALSE(fewer == card->render(all, from));
+
+  CHECK_THROWS_AS((void)card->render(all, from, {.threads = 2}), invalid_input);
+  CHECK_THROWS_AS((void)card->render(all, from, {.edges = -1}), invalid_input);
+  view wrong = from;
+  wrong.distance = -1;
+  CHECK_THROWS_AS((void)card->render(all, wrong), invalid_input);
 }
 
 TEST_CASE("without a graphics card the processor draws") {

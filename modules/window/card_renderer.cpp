@@ -2,7 +2,6 @@
 module;
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
-#include <GL/glcorearb.h>
 #include <dlfcn.h>
 
 #include <array>

@@ -160,6 +160,7 @@ image<rgb> card_renderer::render(const scene& all, const view& from,
   expects(
       options.threads == 0 && !options.monitor.progress && !options.monitor.stop.stop_possible(),
       "card_renderer: a graphics card has no .threads and no .monitor");
+  expects(state_ != nullptr, "card_renderer: it was moved from");
   // What the processor refuses is refused here, too.
   auto tiny = options;
   tiny.width = tiny.height = 1;
@@ -169,6 +170,7 @@ image<rgb> card_renderer::render(const scene& all, const view& from,
   return *std::move(picture);
 }
 const std::string& card_renderer::name() const {
+  expects(state_ != nullptr, "card_renderer: it was moved from");
   return state_->name;
 }
 

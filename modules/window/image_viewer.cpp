@@ -77,25 +77,29 @@ image_viewer::image_viewer(image_viewer&&) noexcept = default;
 image_viewer& image_viewer::operator=(image_viewer&&) noexcept = default;
 image_viewer::~image_viewer() = default;
 
+image_viewer::state& image_viewer::existing() const {
+  expects(state_ != nullptr, "image_viewer: it was moved from");
+  return *state_;
+}
 void image_viewer::put(scene all, const view& from, const image_look& look, value_text value) {
   {
-    const std::scoped_lock lock{state_->mutex};
+    const std::scoped_lock lock{existing().mutex};
     state_->seen = state::content{from, look, std::move(value)};
   }
   state_->shown.show(std::move(all));
 }
 bool image_viewer::update() {
-  state_->look();
+  existing().look();
   return state_->shown.update();
 }
 void image_viewer::wait() {
   while (update()) state_->shown.wait_for_change();
 }
 void image_viewer::close() {
-  state_->shown.close();
+  existing().shown.close();
 }
 window& image_viewer::on_screen() {
-  return state_->shown;
+  return existing().shown;
 }
 
 }  // namespace cilantro

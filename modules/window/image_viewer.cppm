@@ -8,8 +8,8 @@ import :on_screen;
 namespace cilantro {
 
 /// A window that shows an image, of numbers by a color map with its bar; the title says the pixel
-/// under the mouse and its value. Dragging moves the image, and the wheel makes it larger; for the
-/// rest it is as windows are.
+/// under the mouse and its value. Dragging moves the image, and the wheel makes it larger where the
+/// mouse is; for the rest it is as windows are.
 export class image_viewer {
  public:
   /// Throws as `window` does.
@@ -52,6 +52,7 @@ export class image_viewer {
   void put(scene all, const view& from, const image_look& look, value_text value);
 
   struct state;
+  [[nodiscard]] state& existing() const;
   std::unique_ptr<state> state_;
 };
 

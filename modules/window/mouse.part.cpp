@@ -64,8 +64,11 @@ class mouse {
     return done.is_second ? click::twice : click::single;
   }
 
+  [[nodiscard]] bool can_turn() const { return can_turn_; }
   [[nodiscard]] const mouse_place& place() const { return place_; }
   [[nodiscard]] bool is_down() const { return grab_.has_value(); }
+  /// What is under it may be something else.
+  void note_moved() { has_moved_ = true; }
   /// Whether it was moved since this was asked last.
   [[nodiscard]] bool take_moved() { return std::exchange(has_moved_, false); }
 

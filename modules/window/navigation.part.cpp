@@ -43,6 +43,12 @@ namespace cilantro {
   constexpr double most = 1e30;
   return 1 / most < scale && scale < most ? result : from;
 }
+/// The same of a view by parallel rays, so that what is at a pixel stays there.
+[[nodiscard]] view zoomed_at(const view& from, double steps, double x, double y) {
+  const view result = zoomed(from, steps);
+  const double share = 1 - result.camera.fx / from.camera.fx;
+  return pan(result, {.right = share * (x - from.camera.cx), .down = share * (y - from.camera.cy)});
+}
 
 /// Moves a view sideways, so that a place is in the middle, and looks at it.
 [[nodiscard]] view centered_on(view from, const Eigen::Vector3d& place) {

@@ -96,7 +96,7 @@ class window::screen {
       draw();
       say_what_is_under_the_mouse();
       if (film_) film_->catch_up();
-    } else if (film_) {
+    } else {
       stop_recording();
     }
     return is_open_;
@@ -152,7 +152,7 @@ class window::screen {
     film_.emplace(path, options, render(current(), seen(), drawing_));
   }
   void stop_recording() {
-    expects(film_.has_value(), "window: there is no film in the making");
+    if (!film_) return;
     auto film = *std::exchange(film_, std::nullopt);
     film.finish();
   }
@@ -172,6 +172,7 @@ class window::screen {
   }
   void set_view(const view& from) {
     from_ = from;
+    mouse_.note_moved();
     note_change();
   }
   /// As above, by something else than a drag.
@@ -279,7 +280,15 @@ class window::screen {
     else
       action(*found);
   }
-  void handle(const wheel_turned& what) { change_view(zoomed(seen(), what.steps)); }
+  void handle(const wheel_turned& what) {
+    const view now = seen();
+    const auto in_pixels = scale();
+    // A plane is enlarged where the mouse is, a space where it is turned around.
+    change_view(mouse_.can_turn() || !now.orthographic
+                    ? zoomed(now, what.steps)
+                    : zoomed_at(now, what.steps, mouse_.place().x * in_pixels.pixels_right,
+                                mouse_.place().y * in_pixels.pixels_down));
+  }
   void say_what_is_under_the_mouse() {
     if (!hover_action_ || mouse_.is_down() || !mouse_.take_moved()) return;
     // A copy, since it may set another one.
@@ -403,69 +412,62 @@ window::window(window&&) noexcept = default;
 window& window::operator=(window&&) noexcept = default;
 window::~window() = default;
 
+window::screen& window::existing(const char* call) const {
+  expects(screen_ != nullptr, std::string{"window: "} + call + " of a window that was moved from");
+  return *screen_;
+}
+window::screen& window::own(const char* call) const {
+  existing(call).expect_own_thread(call);
+  return *screen_;
+}
 bool window::update() {
-  screen_->expect_own_thread("update");
-  return screen_->update();
+  return own("update").update();
 }
 void window::wait() {
-  screen_->expect_own_thread("wait");
-  screen_->wait();
+  own("wait").wait();
 }
 void window::wait_for_change() {
-  screen_->expect_own_thread("wait_for_change");
-  screen_->wait_for_change();
+  own("wait_for_change").wait_for_change();
 }
 void window::close() {
-  screen_->expect_own_thread("close");
-  screen_->close();
+  own("close").close();
 }
 void window::show(scene next) {
-  screen_->show(std::move(next));
+  existing("show").show(std::move(next));
 }
 scene window::current() const {
-  screen_->expect_own_thread("current");
-  return screen_->current();
+  return own("current").current();
 }
 view window::seen() const {
-  screen_->expect_own_thread("seen");
-  return screen_->seen();
+  return own("seen").seen();
 }
 void window::look(const view& from) {
-  screen_->expect_own_thread("look");
-  screen_->look(from);
+  own("look").look(from);
 }
 void window::on(key pressed, std::function<void()> action) {
-  screen_->expect_own_thread("on");
-  screen_->on(pressed, std::move(action));
+  own("on").on(pressed, std::move(action));
 }
 void window::on_pick(std::function<void(const picked&)> action) {
-  screen_->expect_own_thread("on_pick");
-  screen_->on_pick(std::move(action));
+  own("on_pick").on_pick(std::move(action));
 }
 
 void window::on_hover(std::function<void(const std::optional<picked>&)> action) {
-  screen_->expect_own_thread("on_hover");
-  screen_->on_hover(std::move(action));
+  own("on_hover").on_hover(std::move(action));
 }
 void window::set_title(const std::string& title) {
-  screen_->expect_own_thread("set_title");
-  screen_->set_title(title);
+  own("set_title").set_title(title);
 }
 void window::record(const std::filesystem::path& path, const video_options& options) {
-  screen_->expect_own_thread("record");
-  screen_->record(path, options);
+  own("record").record(path, options);
 }
 void window::stop_recording() {
-  screen_->expect_own_thread("stop_recording");
-  screen_->stop_recording();
+  own("stop_recording").stop_recording();
 }
 renderer window::drawn_by() const {
-  screen_->expect_own_thread("drawn_by");
-  return screen_->drawn_by();
+  return own("drawn_by").drawn_by();
 }
 bool window::is_recording() const {
-  screen_->expect_own_thread("is_recording");
-  return screen_->is_recording();
+  return own("is_recording").is_recording();
 }
 
 void show(const scene& all, const window_options& options) {

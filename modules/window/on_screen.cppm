@@ -44,8 +44,8 @@ export [[nodiscard]] bool can_open_window();
 /// e, b, l and the digits change what is seen; q and Escape close the window. There may be several.
 ///
 /// All windows of a program belong to the thread that made the first of them, until the last is
-/// gone. Only `show` may be called from any thread; the others throw `invalid_input` elsewhere. A
-/// window that was moved from may only be assigned to or destroyed.
+/// gone. Only `show` may be called from any thread; the others throw `invalid_input` elsewhere. So
+/// do all of a window that was moved from.
 export class window {
  public:
   /// Opens a window. Throws `window_error`, and `invalid_input` for options that make no sense.
@@ -87,7 +87,8 @@ export class window {
   void on(key pressed, std::function<void()> action);
   /// Calls `action` with what was clicked; a click on the background is none.
   void on_pick(std::function<void(const picked&)> action);
-  /// Calls `action` with what is under the mouse after it was moved, nothing over the background.
+  /// Calls `action` with what is under the mouse after it or the view was moved; with nothing over
+  /// the background.
   /// Finding it takes as long as `pick` does.
   void on_hover(std::function<void(const std::optional<picked>&)> action);
   void set_title(const std::string& title);
@@ -96,8 +97,8 @@ export class window {
   /// long as it is there to be seen. Throws as `video` does, and `invalid_input` while there is a
   /// film in the making.
   void record(const std::filesystem::path& path, const video_options& options = {});
-  /// Ends the film; so does closing the window. Without either, nothing remains of it. Throws as
-  /// `video::finish` does, and `invalid_input` if there is none.
+  /// Ends the film, if there is one; so does closing the window. Without either, nothing remains of
+  /// it. Throws as `video::finish` does.
   void stop_recording();
   [[nodiscard]] bool is_recording() const;
 
@@ -106,6 +107,8 @@ export class window {
 
  private:
   class screen;
+  [[nodiscard]] screen& existing(const char* call) const;
+  [[nodiscard]] screen& own(const char* call) const;
   std::unique_ptr<screen> screen_;  // At one address, which the events know, also if it is moved.
 };
 

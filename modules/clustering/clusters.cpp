@@ -64,7 +64,7 @@ Eigen::Matrix<float, 3, dynamic> label_colors(std::span<const clusters::label> l
   for (index_t i = 0; i < colors.cols(); ++i) {
     const auto l = labels[i];
     if (l < 0) {
-      colors.col(i).setConstant(0.25f);
+      colors.col(i).setConstant(0.4f);
       continue;
     }
     if (std::cmp_less(l, first.size())) {

@@ -2,6 +2,7 @@
 module;
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 module cilantro.visualization;
@@ -9,11 +10,17 @@ module cilantro.visualization;
 namespace cilantro {
 namespace {
 
+/// One for all, or one each.
+void expect_as_many(index_t given, index_t wanted, const char* what, const char* things) {
+  expects(given == 1 || given == wanted, "canvas: there are " + std::to_string(given) + " " + what +
+                                             " for " + std::to_string(wanted) + " " + things +
+                                             ": give one for all, or one for each");
+}
 template <class Batch>
-void expect_batch(const Batch& batch, index_t colored, const char* colors) {
+void expect_batch(const Batch& batch, index_t colored, const char* things) {
   expect_between(0, batch.opacity, 1, "canvas: the opacity");
   expects(is_finite(batch.origin), "canvas: the origin of a batch must be finite");
-  expects(batch.colors.cols() == 1 || batch.colors.cols() == colored, colors);
+  expect_as_many(batch.colors.cols(), colored, "colours", things);
 }
 
 void expect_indices(const auto& indices, index_t points) {
@@ -35,13 +42,12 @@ void extend(Eigen::AlignedBox3d& box, const Eigen::Matrix3Xf& points,
 
 void canvas::add(point_batch batch) {
   const index_t n = batch.points.cols();
-  expect_batch(batch, n, "canvas: points need one colour for all, or one each");
+  expect_batch(batch, n, "points");
   expects(batch.normals.cols() == 0 || batch.normals.cols() == n,
           "canvas: points need as many normals, or none");
   expects(!batch.along_normals || batch.normals.cols() == n,
           "canvas: splats along normals need normals");
-  expects(batch.size.sizes.size() == 1 || batch.size.sizes.size() == n,
-          "canvas: points need one size for all, or one each");
+  expect_as_many(batch.size.sizes.size(), n, "sizes", "points");
   expects(batch.size.sizes.size() == 0 ||
               (batch.size.sizes.allFinite() && batch.size.sizes.minCoeff() >= 0),
           "canvas: the sizes of points must be finite and not negative");
@@ -56,7 +62,7 @@ void canvas::add(line_batch batch) {
     batch.segments.resize(2, n / 2);
     for (index_t i = 0; i < n; ++i) batch.segments(i % 2, i / 2) = int(i);
   }
-  expect_batch(batch, batch.segments.cols(), "canvas: lines need one colour for all, or one each");
+  expect_batch(batch, batch.segments.cols(), "lines");
   expect_indices(batch.segments, n);
   expects(batch.width > 0 && batch.width <= 1000, "canvas: lines are from 0 to 1000 pixels wide");
   extend(bounds_, batch.points, batch.origin);
@@ -65,7 +71,7 @@ void canvas::add(line_batch batch) {
 
 void canvas::add(triangle_batch batch) {
   const index_t n = batch.points.cols();
-  expect_batch(batch, n, "canvas: triangles need one colour for all, or one for each point");
+  expect_batch(batch, n, "points of triangles");
   expect_indices(batch.triangles, n);
   expects(batch.normals.cols() == 0 || batch.normals.cols() == n,
           "canvas: triangles need a normal for each point, or none");

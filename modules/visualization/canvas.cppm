@@ -74,8 +74,8 @@ export struct triangle_batch {
 export struct label {
   std::string text;                                 ///< In UTF-8; lines end with `\n`.
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< Where its lower left corner is.
-  rgb color = {240, 240, 240};                      ///< Of the letters.
-  double height = 14;                               ///< Of a capital letter, in pixels.
+  std::optional<rgb> color = {};  ///< Of the letters; none: light or dark, to be read.
+  double height = 14;             ///< Of a capital letter, in pixels.
 };
 
 /// What the colours of a batch mean: a bar of colours with numbers beside the picture.
@@ -83,6 +83,9 @@ export struct color_legend {
   std::string title;         ///< Above the bar.
   std::vector<rgb> colors;   ///< From the lowest value to the highest.
   double low = 0, high = 1;  ///< The values at the ends.
+  friend bool operator==(const color_legend& a, const color_legend& b) {
+    return a.title == b.title && a.colors == b.colors && a.low == b.low && a.high == b.high;
+  }
 };
 
 /// What something consists of that is drawn. Passed by reference, and never copied.

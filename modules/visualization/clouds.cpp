@@ -150,7 +150,12 @@ Eigen::VectorXf spacing_of(const Eigen::Matrix3Xf& points, double factor, int th
 
 struct sizer {
   const Eigen::Matrix3Xf& points;
+  index_t dimension;
   int threads;
+
+  point_size operator()(const automatic_size&) const {
+    return dimension == 3 ? (*this)(local_spacing{}) : (*this)(splat_pixels{5});
+  }
 
   point_size operator()(const splat_pixels& size) const {
     return {point_size::unit::pixels, Eigen::VectorXf::Constant(1, float(double(size.diameter)))};
@@ -160,7 +165,9 @@ struct sizer {
   }
   point_size operator()(const local_spacing& by) const {
     if (points.cols() == 0) return (*this)(splat_pixels{});
-    return {point_size::unit::length, spacing_of(points, by.factor, threads)};
+    auto sizes = spacing_of(points, by.factor, threads);
+    if (sizes.maxCoeff() == 0) return (*this)(splat_pixels{5});
+    return {point_size::unit::length, std::move(sizes)};
   }
 };
 
@@ -169,7 +176,7 @@ struct sizer {
 void draw_points(points_to_draw all, canvas& on, const cloud_look& look) {
   point_batch batch;
   batch.colors = std::visit(colorer{all, on}, look.color);
-  batch.size = std::visit(sizer{all.points, look.threads}, look.size);
+  batch.size = std::visit(sizer{all.points, all.dimension, look.threads}, look.size);
   batch.opacity = look.opacity;
   batch.origin = all.origin;
   batch.lit = look.lit;

@@ -42,10 +42,13 @@ export using point_coloring =
 /// times the distance to the eighth nearest point, from the point or, at borders, from those around
 /// it, and at most three times as much as for half of all. Closes a grid of squares, also where
 /// scans lie on each other, and what lies at random but for a hundredth. Takes two searches for all
-/// points.
+/// points. A point that is alone, and points that are all at one place, are dots of five pixels.
 export struct local_spacing {
   positive factor = 1.5;  ///< Smaller ones show more detail, and more holes.
 };
+/// `local_spacing` of points in space, and `splat_pixels` of those in a plane or on a line, which
+/// are seldom surfaces.
+export struct automatic_size {};
 /// Splats of one diameter, in the units of the points.
 export struct splat_length {
   positive diameter;  ///< Of each.
@@ -55,12 +58,12 @@ export struct splat_pixels {
   positive diameter = 3;  ///< Of each.
 };
 /// How large splats are.
-export using splat_size = std::variant<local_spacing, splat_length, splat_pixels>;
+export using splat_size = std::variant<automatic_size, local_spacing, splat_length, splat_pixels>;
 
 /// How a cloud, or points of any kind, are drawn: `scene{}.set("scan", cloud, cloud_look{…})`.
 export struct cloud_look {
   point_coloring color = own_colors{};  ///< Of the points.
-  splat_size size = local_spacing{};    ///< Of the splats.
+  splat_size size = automatic_size{};   ///< Of the splats.
   bool lit = true;                      ///< Whether points with normals are lit from the eye.
   /// Whether splats of points with normals are discs across these, which make smoother surfaces and
   /// sharper borders; without normals, and otherwise, they are round from all sides.

@@ -137,7 +137,11 @@ class page_content {
     *this << R"({"text":)";
     quote(one.text) << R"(,"place":)";
     list(one.place) << R"(,"color":)";
-    list(one.color) << R"(,"height":)" << one.height << "}";
+    if (one.color)
+      list(*one.color);
+    else
+      *this << "null";
+    *this << R"(,"height":)" << one.height << "}";
   }
   void add(const color_legend& one) {
     *this << R"({"title":)";

@@ -200,30 +200,38 @@ int legend_room(const color_legend& legend, int picture_height) {
   return static_cast<int>(std::ceil(written.width + 2 * written.letter));
 }
 
+/// The bars beside a picture: those that say the same once.
+inline std::vector<const color_legend*> legends_of(const scene& all) {
+  std::vector<const color_legend*> legends;
+  for (const auto& layer : all.layers())
+    if (!layer.is_hidden)
+      for (const auto& one : layer.content->legends())
+        if (std::ranges::none_of(legends, [&](const auto* known) { return *known == one; }))
+          legends.push_back(&one);
+  return legends;
+}
+
 /// Draws the labels and legends of a scene over its picture.
 void draw_overlay(image<rgb>& picture, const scene& all, const projector& by,
                   const render_options& options) {
-  std::size_t legends = 0;
   for (const auto& layer : all.layers()) {
-    if (layer.is_hidden) continue;
-    legends += layer.content->legends().size();
-    if (!options.labels) continue;
+    if (layer.is_hidden || !options.labels) continue;
     for (const auto& one : layer.content->labels()) {
       const Eigen::Vector3d p = by(one.place);
       if (!(p.z() > by.nearest)) continue;
       const auto [x, y, z] = by.seen(p);
       if (std::abs(x) > 1e6 || std::abs(y) > 1e6) continue;
       const written_text text{one.text, float(one.height)};
-      text.draw(picture, float(x), float(y) - text.full_height(), one.color, options.background);
+      text.draw(picture, float(x), float(y) - text.full_height(),
+                one.color.value_or(readable_on(options.background)), options.background);
     }
   }
-  if (!options.legends || legends == 0) return;
-  const float room = written_legend::height_of_each(legends, picture.height());
+  if (!options.legends) return;
+  const auto legends = legends_of(all);
+  const float room = written_legend::height_of_each(legends.size(), picture.height());
   float top = written_legend::letter_height(picture.height());
-  for (const auto& layer : all.layers())
-    if (!layer.is_hidden)
-      for (const auto& legend : layer.content->legends())
-        top = draw_legend(picture, legend, top, room, options.background);
+  for (const auto* legend : legends)
+    top = draw_legend(picture, *legend, top, room, options.background);
 }
 
 }  // namespace cilantro

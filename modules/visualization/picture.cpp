@@ -18,10 +18,8 @@ void expect_picture_name(const std::filesystem::path& path) {
 
 void write_picture(const scene& all, const std::filesystem::path& path,
                    const render_options& options) {
-  view_options size;
-  if (options.width > 0) size.width = options.width;
-  if (options.height > 0) size.height = options.height;
-  write_picture(all, fit(all, size), path, options);
+  expect_picture_name(path);
+  write_png(render(all, options), path);
 }
 
 void write_picture(const scene& all, const view& from, const std::filesystem::path& path,

@@ -488,6 +488,13 @@ image<rgb> render(const scene& all, const view& from, const render_options& opti
   return picture;
 }
 
+image<rgb> render(const scene& all, const render_options& options) {
+  view_options size;
+  if (options.width > 0) size.width = options.width;
+  if (options.height > 0) size.height = options.height;
+  return render(all, fit(all, size), options);
+}
+
 std::optional<picked> pick(const scene& all, const view& from, double x, double y,
                            const render_options& options) {
   const auto [width, height] = size_of(from, options);

@@ -44,6 +44,9 @@ export struct render_options {
 export [[nodiscard]] image<rgb> render(const scene& all, const view& from,
                                        const render_options& options = {});
 
+/// As above, of all of the scene, as `fit` sees it.
+export [[nodiscard]] image<rgb> render(const scene& all, const render_options& options = {});
+
 /// What a `picked` is.
 export enum class picked_kind { point, line, triangle };
 /// What is seen in a pixel.

@@ -74,6 +74,14 @@ line_batch box_lines(const Eigen::AlignedBox3d& edges, const rgb& color) {
   return lines;
 }
 
+line_batch box_lines(const box& edges, const rgb& color) {
+  edges.check(3);
+  return box_lines(
+      Eigen::AlignedBox3d{Eigen::Vector3d{edges.lower[0], edges.lower[1], edges.lower[2]},
+                          Eigen::Vector3d{edges.upper[0], edges.upper[1], edges.upper[2]}},
+      color);
+}
+
 line_batch grid_lines(const grid_lines_options& o) {
   expects(1 <= o.cells && o.cells <= 1000, "grid_lines: .cells must be from 1 to 1000");
   expects(std::isfinite(o.height), "grid_lines: .height must be finite");
@@ -87,6 +95,16 @@ line_batch grid_lines(const grid_lines_options& o) {
         0, 0, 0, 0;
   }
   return lines;
+}
+
+triangle_batch triangle_mesh(const convex_polytope<3>& hull, const rgb& color) {
+  expects(
+      hull.is_bounded() && hull.affine_dimension() == 3,
+      "triangle_mesh: a polytope that is empty, flat or unbounded has no boundary of triangles");
+  return triangle_mesh(hull.vertices(), hull.simplices(), color);
+}
+void draw(const convex_polytope<3>& hull, canvas& on) {
+  on.add(triangle_mesh(hull));
 }
 
 line_batch wireframe(const triangle_batch& mesh, const rgb& color) {

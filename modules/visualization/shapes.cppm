@@ -5,6 +5,7 @@ export module cilantro.visualization:shapes;
 
 import cilantro.standard;
 import cilantro.cloud;
+import cilantro.spatial;
 import :canvas;
 import :clouds;
 
@@ -103,6 +104,7 @@ export [[nodiscard]] line_batch frustum_lines(const pinhole_camera<double>& came
 /// The twelve edges of a box. Throws `invalid_input` for a box that is empty or not finite.
 export [[nodiscard]] line_batch box_lines(const Eigen::AlignedBox3d& edges,
                                           const rgb& color = {220, 220, 220});
+export [[nodiscard]] line_batch box_lines(const box& edges, const rgb& color = {220, 220, 220});
 
 /// Options of `grid_lines`.
 export struct grid_lines_options {
@@ -135,8 +137,15 @@ export template <PointsSource P>
           .normals = drawn.normals};
 }
 
+/// The boundary of a convex polytope in space, of one dimension less. Throws `invalid_input` for
+/// one that is empty, flat or unbounded.
+export [[nodiscard]] triangle_batch triangle_mesh(const convex_polytope<3>& hull,
+                                                  const rgb& color = {200, 200, 200});
+/// As that mesh, a convex polytope is drawn.
+export void draw(const convex_polytope<3>& hull, canvas& on);
+
 /// The edges of the triangles of a mesh, each once.
 export [[nodiscard]] line_batch wireframe(const triangle_batch& mesh,
-                                          const rgb& color = {40, 40, 45});
+                                          const rgb& color = {80, 140, 210});
 
 }  // namespace cilantro

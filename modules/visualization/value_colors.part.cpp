@@ -36,8 +36,8 @@ class value_colors {
     low_ = low.value_or(std::min(low_, high.value_or(low_)));
     high_ = high.value_or(std::max(high_, low_));
     expects(std::isfinite(low_) && std::isfinite(high_) && low_ <= high_,
-            "draw: the values at the ends of the colours must be finite, and the lowest not above "
-            "the highest");
+            "draw: .low and .high, between which values have colours, must be finite, and .low not "
+            "above .high");
   }
 
   [[nodiscard]] rgb operator()(double value) const {

@@ -35,7 +35,7 @@ def read(folder):
         library = path.name.split(".")[0]
         text = path.read_text()
         for run in json.loads(text)["benchmarks"] if text else []:  # Empty: it has no such task.
-            if run.get("run_type") != "iteration":
+            if run.get("run_type") != "iteration" or run.get("error_occurred"):
                 continue
             measured = tasks[run["name"].split("/")[0]][library]
             measured.times.append(run["real_time"])

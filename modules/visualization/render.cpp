@@ -203,7 +203,7 @@ class painter {
         if (share <= 1) f(pixel, share, s.z);
       });
   }
-  /// Pixels for each thread, each written by another: fresh memory takes more time than drawing.
+  /// Pixels for each thread, all cleared at once.
   template <class T>
   void clear(std::vector<std::vector<T>>& all, const T& value) const {
     const auto size = static_cast<std::size_t>(by_.width) * static_cast<std::size_t>(by_.height);
@@ -334,7 +334,7 @@ class painter {
     const auto part = [&](int k) { return static_cast<std::uint64_t>(lit[k] + 0.5f); };
     return {part(0) << 32 | part(1), part(2) << 32 | 1};
   }
-  /// A small splat: first what it counts in all of its pixels, since most count in none.
+  /// A small splat: first what it counts in all of its pixels, since many count in none.
   void mix_nine(std::vector<color_sum>& sums, const numbered<point_batch>& one, index_t i,
                 const splat& s) {
     const nine_pixels nine{s, by_};

@@ -53,6 +53,11 @@ const scene& scene_of_discs() {
   }();
   return made;
 }
+/// As a cloud looks if nothing is said.
+const scene& scene_by_spacing() {
+  static const scene made = scene{}.set("large", colored_cloud());
+  return made;
+}
 
 /// The view of one cloud for all pictures, so that each shows the same. A picture may be kept, to
 /// be looked at: in CILANTRO_BENCHMARK_PICTURE.
@@ -78,6 +83,10 @@ void picture_mixed(benchmark::State& state) {
   picture_of(state, one_scene(), {});
 }
 CILANTRO_BENCHMARK(picture_mixed);
+void picture_by_default(benchmark::State& state) {
+  picture_of(state, scene_by_spacing(), {});
+}
+CILANTRO_BENCHMARK(picture_by_default);
 void picture_of_discs(benchmark::State& state) {
   picture_of(state, scene_of_discs(), {.blend = false});
 }

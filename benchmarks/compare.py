@@ -35,13 +35,15 @@ def read(folder):
         library = path.name.split(".")[0]
         text = path.read_text()
         for run in json.loads(text)["benchmarks"] if text else []:  # Empty: it has no such task.
-            if run.get("run_type") != "iteration":
+            if run.get("run_type") != "iteration" or run.get("error_occurred"):
                 continue
             measured = tasks[run["name"].split("/")[0]][library]
             measured.times.append(run["real_time"])
             measured.result = run.get("result")
             if "error_mm" in run:
                 measured.error = f'{run["error_mm"]:.3f} mm, {run["error_deg"]:.4f}°'
+            if "psnr_db" in run:
+                measured.error = f'{run["psnr_db"]:.1f} dB'
     return tasks
 
 
@@ -64,7 +66,7 @@ def is_equal(by_library, library):
 
 def points_of(task, points, folder):
     """The name and the number of points of what a task works on."""
-    name = "large" if task.startswith(("segment", "large")) else points
+    name = "large" if task.startswith(("segment", "large", "picture", "page", "spacing")) else points
     if task.startswith("icp_"):
         name = task.removeprefix("icp_") + "_source"
     path = folder / f"{name}.f32"
@@ -93,7 +95,7 @@ def table(tasks):
             cells.append(cell)
         yield "| " + " | ".join(cells) + " |"
     if any(m.error for by_library in tasks.values() for m in by_library.values()):
-        yield "\nfrom the recorded pose\n"
+        yield "\nfrom the recorded pose; from the picture of cilantro\n"
         for task, by_library in tasks.items():
             if any(m.error for m in by_library.values()):
                 errors = (by_library[name].error if name in by_library else "" for name in libraries)

@@ -140,6 +140,7 @@ void add_align(CLI::App& app) {
   add_result_options(*command, settings->drawings);
   add_common_options(*command, *settings);
   command->callback([settings] {
+    check(settings->drawings);
     const auto source = read_input(settings->source, settings->depth, settings->quiet).cloud;
     const auto target = read_input(settings->target, settings->depth, settings->quiet).cloud;
     std::visit(

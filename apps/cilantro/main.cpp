@@ -4,15 +4,24 @@
 // on the command line. Ends with 0, with 1 if something failed, and with 2 if the command line
 // makes no sense.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <iostream>
+#include <string>
 
 #include "commands.hpp"
+
+import cilantro.core;
 
 int main(int argc, char** argv) {
   CLI::App app{"Reads, converts, processes, aligns, bends, segments and draws point clouds.",
                "cilantro"};
   app.require_subcommand(1);
+  app.set_version_flag("--version", [] {
+    using cilantro::version;
+    return "cilantro " + std::to_string(version.major) + "." + std::to_string(version.minor) + "." +
+           std::to_string(version.patch);
+  });
   app.footer(
       "Files are .ply, .pcd, .xyz, .txt, .asc, .csv, .pts, and depth images as .png to read.");
   add_info(app);
@@ -33,7 +42,15 @@ int main(int argc, char** argv) {
     return app.exit(help);
   } catch (const CLI::CallForAllHelp& help) {
     return app.exit(help);
+  } catch (const CLI::CallForVersion& version) {
+    return app.exit(version);
   } catch (const CLI::ParseError& error) {
+    if (argc > 1 && argv[1][0] != '-' &&
+        std::ranges::none_of(app.get_subcommands({}),
+                             [&](const auto* one) { return one->get_name() == argv[1]; })) {
+      std::cerr << "cilantro: there is no command " << argv[1] << "; try --help\n";
+      return 2;
+    }
     std::cerr << "cilantro: " << error.what() << "; try --help\n";
     return 2;
   } catch (const std::exception& error) {

@@ -5,8 +5,11 @@ module;
 #include <stdexcept>
 module drawing;
 
-void show_on_screen(const scene&, const view&, const render_options&) {
+void expect_screen() {
   throw std::runtime_error{
-      "this program was built without windows, which need GLFW (libglfw3-dev): cilantro picture "
+      "this program was built without windows, which need GLFW (libglfw3-dev); cilantro picture "
       "and cilantro html draw into a file"};
+}
+void show_on_screen(const scene&, const view&, const render_options&) {
+  expect_screen();
 }

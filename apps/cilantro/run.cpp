@@ -69,6 +69,7 @@ void add_run(CLI::App& app) {
   command->add_flag("--quiet", settings->quiet, "No progress and no report");
   command->footer(known_steps());
   command->callback([settings, steps] {
+    check(settings->drawings);
     // Before anything is read: a wrong word must not cost a minute.
     try {
       for (const auto& text : settings->steps) steps->push_back(parse_step(text));

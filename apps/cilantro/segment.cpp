@@ -90,6 +90,7 @@ void add_segment(CLI::App& app) {
   add_result_options(*command, settings->drawings);
   add_common_options(*command, *settings);
   command->callback([settings] {
+    check(settings->drawings);
     auto [cloud, camera] = read_input(settings->input, settings->depth, settings->quiet);
     std::visit([&](auto& c) { run(*settings, c, camera); }, cloud);
   });

@@ -171,10 +171,19 @@ expect 0 'overlap' "$cilantro" align scan.ply scan.ply --voxel 0.03 --max-distan
 for page in run parts both; do
   head -c 15 $page.html | grep -q '<!DOCTYPE html>' || fail "$page.html is no page"
 done
-# Files are complete before there is a window, or none.
-rm -f seen.png
-expect 1 'picture' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" run plane.xyz --picture seen.png --show --quiet
-head -c 4 seen.png | grep -q PNG || fail 'the picture is not there'
+# What cannot be drawn is said before the work.
+rm -f out.xyz
+expect 1 'the name must end in .png' "$cilantro" run plane.xyz -o out.xyz --picture seen.jpg
+expect 1 'there is no such folder' "$cilantro" run plane.xyz -o out.xyz --html nowhere/seen.html
+expect 1 'cilantro html draw into a file' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" run plane.xyz -o out.xyz --show --quiet
+[ ! -e out.xyz ] || fail 'the work was done in vain'
+expect 1 'needs --turntable' "$cilantro" picture plane.xyz -o turn%04d.png
+# One range of colours for all clouds, and so one bar.
+sed 's/$/ 0/; s/ 0$//' plane.xyz | awk '{print $1, $2, $3 + 50}' > higher.xyz
+expect 0 '' "$cilantro" html plane.xyz higher.xyz -o two.html --color z --quiet
+[ "$(grep -o '"numbers":\[[^]]*\]' two.html | sort -u | wc -l)" = 1 ] || fail 'a colour means two things'
+expect 0 'cilantro 0.1.0' "$cilantro" --version
+expect 2 'there is no command movie' "$cilantro" movie
 # Without a display, or without windows at all, it says what draws into a file.
 expect 1 'picture' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" view scan.ply --color z --quiet
 expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --size 0,10

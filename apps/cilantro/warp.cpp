@@ -158,6 +158,7 @@ void add_warp(CLI::App& app) {
   add_result_options(*command, settings->drawings);
   add_common_options(*command, *settings);
   command->callback([settings] {
+    check(settings->drawings);
     auto source = read_input(settings->source, settings->depth, settings->quiet).cloud;
     const auto target = read_input(settings->target, settings->depth, settings->quiet).cloud;
     const auto bend = [&]<class S>(point_cloud<S, 3> a, const point_cloud<S, 3>& b) {

@@ -179,9 +179,10 @@ void draw_points(points_to_draw all, canvas& on, const cloud_look& look) {
   batch.size = std::visit(sizer{all.points, all.dimension, look.threads}, look.size);
   batch.opacity = look.opacity;
   batch.origin = all.origin;
-  batch.lit = look.lit;
+  const bool is_photo = std::holds_alternative<own_colors>(look.color) && !all.colors.empty();
+  batch.lit = look.lit.value_or(!is_photo);
   batch.along_normals = look.along_normals && all.normals.cols() > 0;
-  if (look.lit || look.along_normals) batch.normals = std::move(all.normals);
+  if (batch.lit || batch.along_normals) batch.normals = std::move(all.normals);
   batch.points = std::move(all.points);
   if (batch.points.cols() == 0) batch.colors = one_color({200, 200, 200});
   on.add(std::move(batch));

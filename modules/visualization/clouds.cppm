@@ -64,7 +64,9 @@ export using splat_size = std::variant<automatic_size, local_spacing, splat_leng
 export struct cloud_look {
   point_coloring color = own_colors{};  ///< Of the points.
   splat_size size = automatic_size{};   ///< Of the splats.
-  bool lit = true;                      ///< Whether points with normals are lit from the eye.
+  /// Whether points with normals are lit from the eye. By default not those with colours of their
+  /// own, which hold the light that was there.
+  std::optional<bool> lit = {};
   /// Whether splats of points with normals are discs across these, which make smoother surfaces and
   /// sharper borders; without normals, and otherwise, they are round from all sides.
   bool along_normals = true;

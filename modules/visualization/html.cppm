@@ -3,6 +3,8 @@ export module cilantro.visualization:html;
 
 import cilantro.standard;
 import cilantro.core;
+import cilantro.cloud;
+import :clouds;
 import :scene;
 import :view;
 
@@ -38,5 +40,30 @@ export void write_html(const scene& all, const std::filesystem::path& path,
                        const html_options& options = {});
 export void write_html(const scene& all, const view& from, const std::filesystem::path& path,
                        const html_options& options = {});
+/// As above, of a cloud alone, or of points of any kind.
+export template <PointsSource P>
+void write_html(const P& points, const std::filesystem::path& path, const cloud_look& look = {},
+                const html_options& options = {}) {
+  write_html(scene{}.set("points", points, look), path, options);
+}
+
+struct write_html_tap {
+  std::filesystem::path path;
+  cloud_look how;
+  html_options options;
+
+  static constexpr const char* name = "write_html";
+  static bool writes_outside() { return true; }
+  static step_reach reach() { return {.everything = true}; }
+  template <PointCloud C>
+  void look(const C& cloud) const {
+    write_html(cloud, path, how, options);
+  }
+};
+/// The step that writes a page of the cloud, and passes it on unchanged.
+export [[nodiscard]] auto write_html(std::filesystem::path path, cloud_look look = {},
+                                     html_options options = {}) {
+  return tap_step{write_html_tap{std::move(path), std::move(look), std::move(options)}};
+}
 
 }  // namespace cilantro

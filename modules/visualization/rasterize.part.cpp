@@ -188,6 +188,10 @@ inline detail::pixel_grid grid_of(const projector& by) {
           by.orthographic, by.width,     by.height};
 }
 
+inline detail::round_splat round_of(const splat& s, const projector& by) {
+  return {s.x, s.y, s.radius, first_row(s), last_row(s, by)};
+}
+
 /// Calls `f(pixel, share, z)` for each pixel of a splat that is a disc across a normal, or the one
 /// pixel of one that is seen from the side: with the squared distance in its plane as a share of
 /// the squared radius, and the depth there. Precondition: the normal is finite and not zero.

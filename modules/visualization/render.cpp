@@ -40,10 +40,7 @@ float light_on(const Eigen::Vector3f& normal, const Eigen::Vector3f& towards) {
   return cosine <= 1 ? 0.4f + 0.6f * cosine : 1;
 }
 
-/// The weighted sum of colours in a pixel, as integers: the order does not matter.
-struct color_sum {
-  std::uint64_t red_green = 0, blue_weight = 0;
-};
+using detail::color_sum;
 /// The sum over what is transparent in a pixel: colours by weight, and the logarithm of what it
 /// lets through.
 struct veil {
@@ -117,8 +114,7 @@ class painter {
                          put(nearest_[mine][pixel], key_of(z, number), has_own_);
                        });
           else if (has_own_ && !nine_pixels::suffice(s))
-            kernels_.keep_least_of_round({s.x, s.y, s.radius, first_row(s), last_row(s, by_)}, key,
-                                         grid_, nearest_[mine].data());
+            kernels_.keep_least_of_round(round_of(s, by_), key, grid_, nearest_[mine].data());
           else
             for_pixels(s, by_, [&](index_t pixel, float share) {
               put(nearest_[mine][pixel], share <= 1 ? key : nothing, has_own_);
@@ -207,7 +203,7 @@ class painter {
         if (share <= 1) f(pixel, share, s.z);
       });
   }
-  /// Pixels for each thread, each written by another: fresh memory takes more time than drawing.
+  /// Pixels for each thread, all cleared at once.
   template <class T>
   void clear(std::vector<std::vector<T>>& all, const T& value) const {
     const auto size = static_cast<std::size_t>(by_.width) * static_cast<std::size_t>(by_.height);
@@ -233,10 +229,13 @@ class painter {
     }
   }
 
+  [[nodiscard]] static bool is_lit(const point_batch& batch) {
+    return batch.lit && batch.normals.cols() > 0;
+  }
   [[nodiscard]] color lit_point(const numbered<point_batch>& one, index_t i) const {
     const auto& batch = *one.batch;
     color own = color_of(batch.colors, i);
-    if (batch.normals.cols() == 0 || !batch.lit) return own;
+    if (!is_lit(batch)) return own;
     return own * light_on(one.in_camera.linear * batch.normals.col(i),
                           towards_eye(one.in_camera(batch.points.col(i))));
   }
@@ -335,7 +334,7 @@ class painter {
     const auto part = [&](int k) { return static_cast<std::uint64_t>(lit[k] + 0.5f); };
     return {part(0) << 32 | part(1), part(2) << 32 | 1};
   }
-  /// A small splat: first what it counts in all of its pixels, since most count in none.
+  /// A small splat: first what it counts in all of its pixels, since many count in none.
   void mix_nine(std::vector<color_sum>& sums, const numbered<point_batch>& one, index_t i,
                 const splat& s) {
     const nine_pixels nine{s, by_};
@@ -364,6 +363,14 @@ class painter {
       draw_splats(one, [&](std::size_t mine, index_t i, const splat& s) {
         if (!one.batch->along_normals && nine_pixels::hold(s, by_)) {
           mix_nine(sums_[mine], one, i, s);
+          return;
+        }
+        // Light costs more than a splat: where there is any, only what is seen is lit.
+        if (!is_lit(*one.batch) && !one.batch->along_normals && has_own_ &&
+            !nine_pixels::suffice(s)) {
+          kernels_.mix_round(
+              {round_of(s, by_), s.z, s.diameter, lit_sum(one, i), all_.first_line, most_weight_},
+              nearest_[0].data(), grid_, sums_[mine].data());
           return;
         }
         std::optional<color_sum> own;

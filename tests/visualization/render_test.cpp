@@ -295,7 +295,7 @@ TEST_CASE("splats of any size have the same bits for any vector target and numbe
   for (const bool along_normals : {false, true})
     for (const bool blend : {false, true})
       for (const bool orthographic : {false, true}) {
-        batch.along_normals = along_normals;
+        batch.along_normals = batch.lit = along_normals;
         const scene all = scene{}.set("splats", batch);
         view from = from_above(203, 151);
         from.orthographic = orthographic;

@@ -85,8 +85,9 @@ CILANTRO_ALWAYS_INLINE void keep_least(std::int64_t* row, int first, int last, s
   }
 }
 
-void keep_least_in_round(const round_splat& s, std::int64_t key, const pixel_grid& grid,
-                         std::int64_t* pixels) {
+/// Calls `f(y, first, last)` for the rows of a splat.
+template <class F>
+CILANTRO_ALWAYS_INLINE void for_rows(const round_splat& s, const pixel_grid& grid, F f) {
   const float square = s.radius * s.radius;
   for (int y = s.first_row; y <= s.last_row; y += width) {
     const floats dy = convert<floats>(y + lanes) - s.y, rest = square - dy * dy;
@@ -94,9 +95,48 @@ void keep_least_in_round(const round_splat& s, std::int64_t key, const pixel_gri
     alignas(64) std::int32_t first[width], last[width];
     store(first, larger(ceil_of(s.x - half), integers(0)));
     store(last, smaller(floor_of(s.x + half), integers(grid.width - 1)));
-    for (int i = 0; i < smaller(s.last_row - y + 1, width); ++i)
-      keep_least(pixels + static_cast<std::ptrdiff_t>(y + i) * grid.width, first[i], last[i], key);
+    for (int i = 0; i < smaller(s.last_row - y + 1, width); ++i) f(y + i, first[i], last[i]);
   }
+}
+
+void keep_least_in_round(const round_splat& s, std::int64_t key, const pixel_grid& grid,
+                         std::int64_t* pixels) {
+  for_rows(s, grid, [&](int y, int first, int last) {
+    keep_least(pixels + static_cast<std::ptrdiff_t>(y) * grid.width, first, last, key);
+  });
+}
+
+void mix(const mixed_splat& splat, const std::int64_t* nearest, const pixel_grid& grid,
+         color_sum* sums) {
+  // Four pixels at once, whose sums are four numbers each.
+  using four_floats = vec<float, 4>;
+  using four_integers = vec<std::int32_t, 4>;
+  using parts = vec<std::uint32_t, 16>;
+  const auto& s = splat.round;
+  const float inverse = 1 / (s.radius * s.radius);
+  const std::uint64_t rg = splat.own.red_green, bw = splat.own.blue_weight;
+  const auto own = __builtin_bit_cast(parts, vec<std::uint64_t, 8>{rg, bw, rg, bw, rg, bw, rg, bw});
+  const four_integers step = lanes.lo.lo;
+  for_rows(s, grid, [&](int y, int first, int last) {
+    const auto row = static_cast<std::ptrdiff_t>(y) * grid.width;
+    const float dy = static_cast<float>(y) - s.y;
+    for (int x = first; x <= last; x += 4) {
+      const auto keys = load<vec<std::int64_t, 4>>(nearest + row + x);
+      const auto depths = __builtin_bit_cast(four_floats, convert<four_integers>(keys >> 32));
+      const auto numbers = convert<vec<std::uint32_t, 4>>(keys);
+      const four_integers counts =
+          (numbers < splat.points) & ~(splat.z - depths > splat.diameter) & (step <= last - x);
+      if (!__builtin_reduce_or(counts)) continue;
+      const four_floats dx = convert<four_floats>(x + step) - s.x;
+      const four_floats share = smaller((dx * dx + dy * dy) * inverse, four_floats(1));
+      const four_floats weight = 1 + static_cast<float>(splat.most_weight - 1) * (1 - share);
+      const auto counted =
+          __builtin_bit_cast(vec<std::uint32_t, 4>, convert<four_integers>(weight) & counts);
+      const parts each =
+          __builtin_shufflevector(counted, counted, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+      store(sums + row + x, load<parts>(sums + row + x) + own * each);
+    }
+  });
 }
 
 }  // namespace
@@ -108,7 +148,7 @@ using namespace CILANTRO_VECTOR_TARGET;
 
 template <kernel_target V>
 splat_kernels splat_kernels_in() {
-  return {cover_disc, keep_least_in_round};
+  return {cover_disc, keep_least_in_round, mix};
 }
 template splat_kernels splat_kernels_in<this_target>();
 

@@ -49,9 +49,28 @@ inline constexpr std::size_t keys_behind = 7;
 using keep_least_of_round = void(const round_splat& splat, std::int64_t key, const pixel_grid& grid,
                                  std::int64_t* pixels);
 
+/// The weighted sum of colours in a pixel, as integers: the order does not matter. Two parts of 32
+/// bits each, which no sum exceeds.
+struct color_sum {
+  std::uint64_t red_green = 0, blue_weight = 0;
+};
+/// A round splat to be mixed, and what it adds with a weight of 1.
+struct mixed_splat {
+  round_splat round;
+  float z, diameter;  ///< It counts down to its diameter behind what is nearest in a pixel.
+  color_sum own;
+  std::uint32_t
+      points;       ///< Lower numbers of what is nearest are points, on which splats are mixed.
+  int most_weight;  ///< In the middle; 1 at the border.
+};
+/// Adds to the sums of pixels, `nearest` being their keys; room as above behind both.
+using mix_round = void(const mixed_splat& splat, const std::int64_t* nearest,
+                       const pixel_grid& grid, color_sum* sums);
+
 struct splat_kernels {
   cover_by_disc* cover_by_disc;
   keep_least_of_round* keep_least_of_round;
+  mix_round* mix_round;
 };
 /// What the units for each target instantiate.
 template <kernel_target V>

@@ -74,14 +74,6 @@ line_batch box_lines(const Eigen::AlignedBox3d& edges, const rgb& color) {
   return lines;
 }
 
-line_batch box_lines(const box& edges, const rgb& color) {
-  edges.check(3);
-  return box_lines(
-      Eigen::AlignedBox3d{Eigen::Vector3d{edges.lower[0], edges.lower[1], edges.lower[2]},
-                          Eigen::Vector3d{edges.upper[0], edges.upper[1], edges.upper[2]}},
-      color);
-}
-
 line_batch grid_lines(const grid_lines_options& o) {
   expects(1 <= o.cells && o.cells <= 1000, "grid_lines: .cells must be from 1 to 1000");
   expects(std::isfinite(o.height), "grid_lines: .height must be finite");

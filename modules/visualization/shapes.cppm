@@ -104,7 +104,15 @@ export [[nodiscard]] line_batch frustum_lines(const pinhole_camera<double>& came
 /// The twelve edges of a box. Throws `invalid_input` for a box that is empty or not finite.
 export [[nodiscard]] line_batch box_lines(const Eigen::AlignedBox3d& edges,
                                           const rgb& color = {220, 220, 220});
-export [[nodiscard]] line_batch box_lines(const box& edges, const rgb& color = {220, 220, 220});
+/// As above. Not for what is written in braces, which is that above.
+export template <std::same_as<box> B>
+[[nodiscard]] line_batch box_lines(const B& edges, const rgb& color = {220, 220, 220}) {
+  edges.check(3);
+  return box_lines(
+      Eigen::AlignedBox3d{Eigen::Vector3d{edges.lower[0], edges.lower[1], edges.lower[2]},
+                          Eigen::Vector3d{edges.upper[0], edges.upper[1], edges.upper[2]}},
+      color);
+}
 
 /// Options of `grid_lines`.
 export struct grid_lines_options {

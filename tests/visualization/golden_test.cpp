@@ -155,7 +155,7 @@ std::vector<golden> goldens() {
       {"texts", scene{}
                     .set("frame", frame_lines(Eigen::Isometry3d::Identity()))
                     .set("one", label{"Ag 12,5 ±µ°", {-0.9, 0, 0.2}})
-                    .set("two", label{"two\nlines", {0.3, 0, 0.6}, {255, 200, 80}, 9})},
+                    .set("two", label{"two\nlines", {0.3, 0, 0.6}, rgb{255, 200, 80}, 9})},
       {"image",
        scene{}.set("image", checks(), image_look{.pixel_size = {0.1, 0.1}}),
        {},

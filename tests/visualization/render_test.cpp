@@ -3,10 +3,12 @@
 // What is drawn, and where, held against geometry.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <stop_token>
@@ -579,4 +581,44 @@ TEST_CASE("options of pictures that make no sense are refused") {
   std::stop_source stop;
   stop.request_stop();
   CHECK_THROWS_AS((void)render(all, v, {.monitor = {{}, stop.get_token()}}), cancelled);
+}
+
+TEST_CASE("of all of a scene there is a picture in one call, and a step of a pipeline") {
+  const test::temporary_folder folder;
+  const point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf::Random(3, 50)};
+  const auto all = scene{}.set("points", cloud);
+  const auto expected =
+      render(all, fit(all, {.width = 200, .height = 100}), {.width = 200, .height = 100});
+  CHECK(render(all, {.width = 200, .height = 100}) == expected);
+  CHECK(render(all) == render(all, fit(all)));
+  write_picture(cloud, folder / "function.png", {}, {.width = 200, .height = 100});
+  CHECK(read_color_image(folder / "function.png") == expected);
+  const auto same = cloud | write_picture(folder / "step.png", {}, {.width = 200, .height = 100}) |
+                    write_html(folder / "step.html");
+  CHECK(same.points == cloud.points);
+  CHECK(read_color_image(folder / "step.png") == expected);
+  CHECK(std::filesystem::exists(folder / "step.html"));
+  CHECK_THROWS_AS((void)write_picture("step.jpg"), invalid_input);
+}
+
+TEST_CASE("bars that say the same are drawn once, and texts can be read on any background") {
+  const point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf::Random(3, 50)};
+  const cloud_look look{.color = by_coordinate{2, turbo, -1.0, 1.0}, .size = splat_pixels{1}};
+  const auto one = scene{}.set("a", cloud, look);
+  auto two = one;
+  two.set("b", cloud, look);
+  CHECK(render(two, fit(one)) == render(one, fit(one)));
+
+  const auto text = scene{}.set("text", label{"here", {0, 0, 0}});
+  const auto darkest = [&](const rgb& background) {
+    int least = 255, most = 0;
+    const auto picture = render(text, {.width = 200, .height = 100, .background = background});
+    for (const auto& pixel : picture.pixels()) {
+      least = std::min<int>(least, pixel[1]);
+      most = std::max<int>(most, pixel[1]);
+    }
+    return most - least;
+  };
+  CHECK(darkest({255, 255, 255}) > 180);
+  CHECK(darkest({0, 0, 0}) > 180);
 }

@@ -311,3 +311,58 @@ TEST_CASE("views turn around what they look at, move with the picture, and come 
   CHECK_THROWS_AS((void)orbit(no_up, {}), invalid_input);
   CHECK_THROWS_AS(write_picture(scene{}, "picture.jpg"), invalid_input);
 }
+
+TEST_CASE("points in a plane are dots, and so is what has no neighbours") {
+  const auto drawn = [](const auto& points, const cloud_look& look = {}) {
+    canvas on;
+    draw(points, on, look);
+    return on.points()[0].size;
+  };
+  CHECK(drawn(Eigen::Matrix2Xf{Eigen::Matrix2Xf::Random(2, 20)}).in == point_size::unit::pixels);
+  CHECK(drawn(Eigen::Matrix2Xf{Eigen::Matrix2Xf::Random(2, 20)}, {.size = local_spacing{}}).in ==
+        point_size::unit::length);
+  CHECK(drawn(Eigen::Matrix3Xf{Eigen::Matrix3Xf::Random(3, 20)}).in == point_size::unit::length);
+  for (const int n : {1, 2, 12}) {
+    const auto size = drawn(Eigen::Matrix3Xf{Eigen::Matrix3Xf::Constant(3, n, 2)});
+    CHECK(size.in == point_size::unit::pixels);
+    CHECK(size.sizes[0] == 5);
+  }
+}
+
+TEST_CASE("clouds with colours of their own are not lit unless it is wanted") {
+  point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf::Random(3, 9),
+                              .normals = Eigen::Matrix3Xf::Random(3, 9)};
+  const auto is_lit = [&](const cloud_look& look) {
+    canvas on;
+    draw(cloud, on, look);
+    CHECK(on.points()[0].along_normals);
+    return on.points()[0].lit;
+  };
+  CHECK(is_lit({}));
+  CHECK_FALSE(is_lit({.lit = false}));
+  cloud.colors = Eigen::Matrix3Xf::Random(3, 9).cwiseAbs();
+  CHECK_FALSE(is_lit({}));
+  CHECK(is_lit({.lit = true}));
+  CHECK(is_lit({.color = rgb{1, 2, 3}}));
+  CHECK(is_lit({.color = by_coordinate{0}}));
+}
+
+TEST_CASE("hulls and boxes are drawn as they are") {
+  const convex_polytope<3> hull{box{{0, 0, 0}, {1, 2, 3}}};
+  const scene all = scene{}.set("hull", hull).set("box", box_lines(box{{0, 0, 0}, {1, 2, 3}}));
+  CHECK(all.layers()[0].content->triangles()[0].triangles.cols() == 12);
+  CHECK(all.bounds().max() == Eigen::Vector3d{1, 2, 3});
+  CHECK(all.layers()[1].content->lines()[0].segments.cols() == 12);
+  const auto half =
+      intersect_half_spaces(Eigen::Matrix3Xd{Eigen::Vector3d{0, 0, 1}}, std::vector{0.0});
+  CHECK_THROWS_AS(scene{}.set("half", half), invalid_input);
+  CHECK_THROWS_AS(scene{}.set("none", convex_polytope<3>{}), invalid_input);
+  CHECK_THROWS_AS((void)box_lines(box{{0, 0}, {1, 1}}), invalid_input);
+}
+
+TEST_CASE("colours and sizes that are not as many are counted") {
+  canvas on;
+  CHECK_THROWS_WITH_AS(on.add(point_batch{.points = Eigen::Matrix3Xf::Zero(3, 10),
+                                          .colors = color_matrix::Zero(3, 7)}),
+                       doctest::Contains("7 colours for 10 points"), invalid_input);
+}

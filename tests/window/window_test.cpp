@@ -168,3 +168,23 @@ TEST_CASE("options that make no sense are refused") {
   wrong.distance = 0;
   CHECK_THROWS_AS(w.look(wrong), invalid_input);
 }
+
+TEST_CASE("what was moved from says so, and a film that has ended may be stopped") {
+  window first{some_scene(), small};
+  window second = std::move(first);
+  CHECK_THROWS_AS(first.update(), invalid_input);
+  CHECK_THROWS_AS(first.show(scene{}), invalid_input);
+  CHECK_THROWS_AS((void)first.seen(), invalid_input);
+  CHECK_THROWS_AS(first.close(), invalid_input);
+  CHECK_THROWS_AS((void)first.drawn_by(), invalid_input);
+  CHECK(second.update());
+  second.stop_recording();
+  first = std::move(second);
+  CHECK(first.update());
+
+  image_viewer one{small};
+  image_viewer other = std::move(one);
+  CHECK_THROWS_AS(one.update(), invalid_input);
+  CHECK_THROWS_AS(one.show(image<rgb>(3, 2)), invalid_input);
+  CHECK(other.update());
+}

@@ -45,6 +45,8 @@ function(cilantro_add_component name)
   file(GLOB_RECURSE units CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   file(GLOB_RECURSE parts CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.part.cpp)
   list(REMOVE_ITEM units ${parts})
+  # A build folder in this one holds units of CMake's.
+  list(FILTER units EXCLUDE REGEX "/CMakeFiles/")
   # Vector kernels belong to the library, which compiles them for each target.
   list(FILTER units EXCLUDE REGEX "/kernels/")
   add_library(cilantro_${name})

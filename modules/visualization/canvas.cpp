@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -97,6 +98,8 @@ void canvas::add(label text) {
 
 void canvas::add(color_legend legend) {
   expects(!legend.colors.empty(), "canvas: a legend needs colours");
+  expects(std::isfinite(legend.low) && std::isfinite(legend.high),
+          "canvas: the values at the ends of a legend must be finite");
   legends_.push_back(std::move(legend));
 }
 

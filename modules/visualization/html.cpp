@@ -30,6 +30,33 @@ constexpr char page[] = {
 #pragma clang diagnostic pop
     '\0'};
 
+/// Whether all points that a column of indices names are finite.
+template <class Batch>
+bool are_finite(const Batch& batch, const auto& indices) {
+  return std::ranges::all_of(indices, [&](int i) { return is_finite(batch.points.col(i)); });
+}
+/// Without what is not finite, which is drawn nowhere and makes boxes endless.
+line_batch with_finite_lines(line_batch batch) {
+  index_t n = 0;
+  for (index_t i = 0; i < batch.segments.cols(); ++i) {
+    if (!are_finite(batch, batch.segments.col(i))) continue;
+    batch.segments.col(n) = batch.segments.col(i).eval();
+    if (batch.colors.cols() > 1) batch.colors.col(n) = batch.colors.col(i).eval();
+    ++n;
+  }
+  batch.segments.conservativeResize(2, n);
+  if (batch.colors.cols() > 1) batch.colors.conservativeResize(3, std::max<index_t>(n, 2));
+  return batch;
+}
+triangle_batch with_finite_triangles(triangle_batch batch) {
+  index_t n = 0;
+  for (index_t i = 0; i < batch.triangles.cols(); ++i)
+    if (are_finite(batch, batch.triangles.col(i)))
+      batch.triangles.col(n++) = batch.triangles.col(i).eval();
+  batch.triangles.conservativeResize(3, n);
+  return batch;
+}
+
 /// What the page reads: a description of the scene as JSON, and streams that it counts.
 class page_content {
  public:
@@ -103,7 +130,8 @@ class page_content {
           batch, on, sizes, std::span{order}.subspan(std::size_t(begin), std::size_t(end - begin)));
     });
   }
-  void add(const line_batch& batch) {
+  void add(const line_batch& whole) {
+    const auto batch = with_finite_lines(whole);
     *this << R"({"points":)" << double(batch.points.cols()) << R"(,"count":)"
           << double(batch.segments.cols()) << R"(,"width":)" << batch.width;
     *this << R"(,"each":{"color":)" << (batch.colors.cols() > 1 ? "true" : "false") << "}";
@@ -114,7 +142,8 @@ class page_content {
     if (batch.colors.cols() > 1) append_values(data, batch.colors);
     streams_.push_back(packed(data));
   }
-  void add(const triangle_batch& batch) {
+  void add(const triangle_batch& whole) {
+    const auto batch = with_finite_triangles(whole);
     *this << R"({"points":)" << double(batch.points.cols()) << R"(,"count":)"
           << double(batch.triangles.cols());
     *this << R"(,"each":{"color":)" << (batch.colors.cols() > 1 ? "true" : "false")
@@ -207,9 +236,10 @@ void expect_page_size(const scene& all) {
   index_t points = 0, others = 0;
   for (const auto& layer : all.layers()) {
     for (const auto& batch : layer.content->points()) points += batch.points.cols();
-    for (const auto& batch : layer.content->lines()) others += batch.segments.cols();
+    for (const auto& batch : layer.content->lines())
+      others += std::max(batch.points.cols(), batch.segments.cols());
     for (const auto& batch : layer.content->triangles()) {
-      others += batch.triangles.cols();
+      others += std::max(batch.points.cols(), batch.triangles.cols());
       expects(!batch.texture || std::max(batch.texture->width(), batch.texture->height()) <= 8192,
               "write_html: a page holds textures and images up to 8192 pixels wide and high: make "
               "them smaller");
@@ -234,6 +264,7 @@ void write_html(const scene& all, const view& from, const std::filesystem::path&
                 const html_options& options) {
   expects(ending_of(path) == ".html", "write_html: the name of a page must end in .html");
   expect_view(from, "write_html");
+  (void)orbit(from, {});  // Which is what hands will do.
   expect_between(0, options.edges, 1e6, "write_html: edges");
   expect_page_size(all);
 

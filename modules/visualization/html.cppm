@@ -33,9 +33,9 @@ export struct html_options {
 /// text, 6.5 in the file.
 ///
 /// The file appears under its name when it is complete. Throws `invalid_input` for a name that does
-/// not end in `.html` and for more than 10⁷ points, more than 10⁷ lines and triangles, textures
-/// with more than 8192 pixels on a side, and as `render` does for the view; `io_error` if the file
-/// cannot be written; `cancelled`. Time grows as N log N.
+/// not end in `.html` and for more than 10⁷ points, more than 10⁷ lines and triangles or their
+/// points, textures with more than 8192 pixels on a side, for views that `render` or `orbit`
+/// refuse; `io_error` if the file cannot be written; `cancelled`. Time grows as N log N.
 export void write_html(const scene& all, const std::filesystem::path& path,
                        const html_options& options = {});
 export void write_html(const scene& all, const view& from, const std::filesystem::path& path,

@@ -8,6 +8,7 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,7 @@ namespace cilantro {
 
 /// As many digits as tell values of a range apart; what is next to nothing beside it is 0.
 inline std::string in_few_digits(double value, double range) {
+  range = std::min(range, std::numeric_limits<double>::max());
   if (std::abs(value) < 1e-6 * range) value = 0;
   const double steps = range > 0 ? std::max(std::abs(value) / range, 1.0) : 1;
   const int digits = std::clamp(4 + int(std::ceil(std::log10(steps))), 4, 15);
@@ -143,7 +145,11 @@ struct written_legend {
   /// What there is for each of some legends that stand above each other.
   static float height_of_each(std::size_t legends, int picture_height) {
     const float height = float(picture_height);
-    return std::min((height - 2 * letter_height(picture_height)) / float(legends), height / 2);
+    const float letter = letter_height(picture_height);
+    // As many as there is room for, rather than none that can be read.
+    return std::min(
+        std::max(std::min((height - 2 * letter) / float(legends), height / 2), 7.5f * letter),
+        height - 2 * letter);
   }
   /// Of the bar within that; 0 if it would be too small to be read.
   [[nodiscard]] float bar_height(float room) const {
@@ -231,7 +237,8 @@ void draw_overlay(image<rgb>& picture, const scene& all, const projector& by,
   const float room = written_legend::height_of_each(legends.size(), picture.height());
   float top = written_legend::letter_height(picture.height());
   for (const auto* legend : legends)
-    top = draw_legend(picture, *legend, top, room, options.background);
+    if (top + room <= float(picture.height()))
+      top = draw_legend(picture, *legend, top, room, options.background);
 }
 
 }  // namespace cilantro

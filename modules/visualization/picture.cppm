@@ -52,7 +52,4 @@ export [[nodiscard]] auto write_picture(std::filesystem::path path, cloud_look l
   return tap_step{write_picture_tap{std::move(path), std::move(look), std::move(options)}};
 }
 
-/// What the name of a file ends in, in lower case, such as ".png".
-std::string ending_of(const std::filesystem::path& path);
-
 }  // namespace cilantro

@@ -1,5 +1,6 @@
 // What draws scenes on a graphics card, in web pages and in windows: OpenGL ES 3.0 and OpenGL 3.3, which read the same.
-// Sections begin with an exclamation mark. DISC: splats across normals; PICK: what is there, in place of colours.
+// Sections begin with an exclamation mark. DISC: splats across normals; QUADS: splats as
+// instances of four corners, where points have a largest size and vanish with their middles; PICK: what is there, in place of colours.
 //! common
 uniform mat3 linear; uniform vec3 offset; uniform vec2 focal, center, size; uniform float near, far, opacity, lookedAt;
 uniform bool isOrthographic;
@@ -43,6 +44,9 @@ void put(vec3 color, float z, float weight) {
 uniform bool isLength, hasNormals, isLit; uniform vec2 sizes; uniform float growth, pixelRatio, largest;
 layout(location = 0) in vec3 position; layout(location = 1) in vec4 color; layout(location = 2) in vec2 octahedral;
 flat out vec3 tint; flat out float depth, roundness;
+#ifdef QUADS
+out vec2 corner;
+#endif
 #ifdef DISC
 flat out vec3 normal, middle; flat out vec2 pixel; flat out float reach;
 #endif
@@ -58,7 +62,7 @@ void main() {
   float diameter = sizes.x * pow(sizes.y / sizes.x, color.a) * growth;
   float pixels = isLength ? diameter * focal.x * scale : diameter * pixelRatio;
   float deep = isLength ? diameter : pixels / (focal.x * scale);
-  gl_PointSize = clamp(pixels, 1., largest);
+  float drawn = clamp(pixels, 1., largest);
   roundness = pixels < 1.42 ? 0. : 1.;
   bool isDirected = hasNormals && octahedral != vec2(-1);
   vec3 n = isDirected ? inCameraOfNormal() : vec3(0);
@@ -67,19 +71,35 @@ void main() {
 #ifdef DISC
   normal = n; middle = p; pixel = inPixels(p); reach = deep / 2.;
   // Near the border of a picture, the picture of a disc is longer than that of one in its middle.
-  if (isDirected) gl_PointSize = clamp(1.25 * pixels, 2., largest);
+  if (isDirected) drawn = clamp(1.25 * pixels, 2., 1.25 * largest);
 #endif
   depth = p.z;
+  vec2 middleOfSplat = inPixels(p);
+#ifdef QUADS
+  corner = vec2(gl_VertexID % 2 == 0 ? -1. : 1., gl_VertexID < 2 ? -1. : 1.);
+  // What is smaller than two pixels is the pixel that its middle is in.
+  if (roundness == 0. && drawn < 1.42) { middleOfSplat = floor(middleOfSplat + .5); drawn = 1.; }
+  middleOfSplat += corner * drawn / 2.;
+#else
+  gl_PointSize = drawn;
+#endif
   // What is mixed may lie as deep behind the nearest as it is large.
-  gl_Position = clip(inPixels(p), p.z, mode == 2 ? max(p.z - deep, 1e-7 * far) : p.z);
+  gl_Position = clip(middleOfSplat, p.z, mode == 2 ? max(p.z - deep, 1e-7 * far) : p.z);
 }
 //! points.fragment
 flat in vec3 tint; flat in float depth, roundness;
+#ifdef QUADS
+in vec2 corner;
+#endif
 #ifdef DISC
 flat in vec3 normal, middle; flat in vec2 pixel; flat in float reach;
 #endif
 void main() {
+#ifdef QUADS
+  vec2 from = corner;
+#else
   vec2 from = 2. * gl_PointCoord - 1.;
+#endif
   float share = dot(from, from) * roundness, z = depth;
 #ifdef DISC
   if (normal != vec3(0)) {
@@ -118,6 +138,9 @@ flat in vec3 tint; in vec3 place;
 void main() {
   float z = place.z * .999;  // So that lines are seen on a surface.
   gl_FragDepth = z / far;
+#ifdef PICK
+  z = place.z;
+#endif
   put(tint, z, 1.);
 }
 //! triangles.vertex

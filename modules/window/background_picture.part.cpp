@@ -49,6 +49,10 @@ class background_picture {
     failure_ = nullptr;
   }
 
+  [[nodiscard]] bool is_done() {
+    const std::scoped_lock lock{mutex_};
+    return failure_ != nullptr || picture_.has_value();
+  }
   /// The picture, once it is done. Throws what drawing it threw.
   [[nodiscard]] std::optional<image<rgb>> take() {
     const std::scoped_lock lock{mutex_};

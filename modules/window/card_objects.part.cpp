@@ -13,10 +13,15 @@ module;
 module cilantro.window:card_objects;
 
 import cilantro.visualization;
-import :desktop;
 import :gl_functions;
+import :on_screen;
 
 namespace cilantro {
+
+[[noreturn]] inline void throw_card_error(const std::string& cause) {
+  throw window_error{"the graphics card cannot draw this: " + cause +
+                     "; render(scene, view) draws it by the processor"};
+}
 
 /// A program for the graphics card, of two shaders.
 class card_program {
@@ -32,7 +37,7 @@ class card_program {
     gl.LinkProgram(id_);
     GLint is_linked = 0;
     gl.GetProgramiv(id_, GL_LINK_STATUS, &is_linked);
-    if (!is_linked) throw_window_error("the driver of OpenGL links no shaders");
+    if (!is_linked) throw_card_error("the driver of OpenGL links no shaders");
   }
 
   void use() const { gl_->UseProgram(id_); }
@@ -58,7 +63,7 @@ class card_program {
     if (!is_compiled) {
       std::array<char, 400> log{};
       gl_->GetShaderInfoLog(shader, GLsizei(log.size()), nullptr, log.data());
-      throw_window_error(std::string{"the driver of OpenGL compiles no shaders: "} + log.data());
+      throw_card_error(std::string{"the driver of OpenGL compiles no shaders: "} + log.data());
     }
     gl_->AttachShader(id_, shader);
     gl_->DeleteShader(shader);
@@ -95,7 +100,7 @@ class card_object {
  protected:
   card_object(const gl_functions& gl, auto generate) : gl_{&gl} { generate(1, &id_); }
   void expect_no_error(const char* otherwise) const {
-    if (gl_->GetError() != GL_NO_ERROR) throw_window_error(otherwise);
+    if (gl_->GetError() != GL_NO_ERROR) throw_card_error(otherwise);
   }
 
  private:
@@ -113,7 +118,7 @@ class card_buffer : public card_object<&gl_functions::DeleteBuffers> {
     gl.BufferData(GL_ARRAY_BUFFER,
                   std::ptrdiff_t(columns.size()) * std::ptrdiff_t(sizeof(*columns.data())),
                   columns.data(), GL_STATIC_DRAW);
-    expect_no_error("the graphics card has too little memory for this scene");
+    expect_no_error("it has too little memory for this scene");
   }
 };
 
@@ -129,7 +134,7 @@ class card_texture : public card_object<&gl_functions::DeleteTextures> {
     gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
     gl.TexImage2D(GL_TEXTURE_2D, 0, stored, width, height, 0, format, type, pixels);
-    expect_no_error("the graphics card cannot hold a texture of this size");
+    expect_no_error("it holds no texture or picture of this size");
   }
 };
 

@@ -149,6 +149,7 @@ class desktop_window {
   /// Ends a wait; from any thread.
   static void wake() { glfwPostEmptyEvent(); }
 
+  [[nodiscard]] bool has_events() const { return failure_ != nullptr || !events_.empty(); }
   /// The first event that was noted and not taken.
   [[nodiscard]] std::optional<window_event> take_event() {
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));

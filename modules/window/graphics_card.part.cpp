@@ -84,12 +84,7 @@ struct card_layer {
 /// Belongs to the context that is current when it is made, which must be current in all calls.
 class graphics_card {
  public:
-  explicit graphics_card(const gl_functions& gl) : gl_{gl} {
-    gl_.GenVertexArrays(1, &vertices_);
-    std::array<float, 2> sizes{};
-    gl_.GetFloatv(GL_POINT_SIZE_RANGE, sizes.data());
-    largest_point_ = std::min(sizes[1], 1024.0f);
-  }
+  explicit graphics_card(const gl_functions& gl) : gl_{gl} { gl_.GenVertexArrays(1, &vertices_); }
 
   /// What the driver calls what draws.
   [[nodiscard]] static std::string name_of(const gl_functions& gl) {
@@ -114,7 +109,6 @@ class graphics_card {
     set_camera(all, from, options);
     gl_.BindVertexArray(vertices_);
     gl_.Viewport(0, 0, width_, height_);
-    gl_.Enable(GL_PROGRAM_POINT_SIZE);
     draw_opaque(all, options);
     const bool has_veils = draw_veils(all);
     resolve(options, has_veils);
@@ -142,10 +136,9 @@ class graphics_card {
 
   void make_targets(int width, int height) {
     if (width == width_ && height == height_) return;
-    width_ = width;
-    height_ = height;
+    // Half of the digits would be full after some hundred points in a pixel.
     const auto floats = [&] {
-      return card_texture{gl_, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, width, height};
+      return card_texture{gl_, GL_RGBA32F, GL_RGBA, GL_FLOAT, width, height};
     };
     depths_ = card_texture{gl_, GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, width, height};
     sums_ = floats();
@@ -156,6 +149,8 @@ class graphics_card {
     veil_target_ = card_target{gl_, veils_, &depths_};
     passed_target_ = card_target{gl_, passed_, &depths_};
     result_target_ = card_target{gl_, result_, nullptr};
+    width_ = width;
+    height_ = height;
   }
 
   void set_camera(const scene& all, const view& from, const render_options& options) {
@@ -164,20 +159,29 @@ class graphics_card {
     camera_ = detail::camera_of(from, width_, height_);
     far_ = 1e-3 * from.distance;
     index_t points = 0;
+    double farthest_splat = 0;
     for_layers(all, [&](const card_layer& layer) {
-      for (const auto& one : layer.all_points) points += one.batch->points.cols();
       if (layer.bounds.isEmpty()) return;
+      double reach = 0;
+      for (const auto& one : layer.all_points) {
+        points += one.batch->points.cols();
+        if (one.batch->size.in == point_size::unit::length)
+          reach = std::max(reach, double(one.largest));
+      }
+      farthest_splat = std::max(farthest_splat, reach);
       const Eigen::Vector3d middle = layer.bounds.center();
       const double radius = (layer.bounds.max() - layer.bounds.min()).norm() / 2;
       far_ = std::max(far_, (camera_.to_camera * (middle - camera_.eye)).z() + radius);
     });
-    far_ *= 1.01;
     // Of attributes that are farther apart, drivers need know nothing.
     constexpr index_t most = 2048 / 12;
     stride_ = options.point_budget > 0
                   ? std::clamp<index_t>((points + options.point_budget - 1) / options.point_budget,
                                         1, most)
                   : 1;
+    // Discs reach behind their middles, those in pixels by some of them.
+    far_ = 1.01 * (far_ + farthest_splat * std::sqrt(double(stride_)) / 2) *
+           (1 + 512.0 * fine_ / camera_.fx * (from.orthographic ? 0 : 1));
   }
 
   card_program& begin(card_program& program, mode how, const auto& batch) {
@@ -216,7 +220,7 @@ class graphics_card {
   void color_attribute(GLuint place, const card_buffer& buffer, const color_matrix& own,
                        int step = 0) {
     attribute(place, buffer, 3, GL_UNSIGNED_BYTE, 3, step);
-    if (!buffer)
+    if (!buffer && own.cols() > 0)
       gl_.VertexAttrib4f(place, float(own(0, 0)) / 255, float(own(1, 0)) / 255,
                          float(own(2, 0)) / 255, 0);
   }
@@ -232,12 +236,12 @@ class graphics_card {
     program.set("sizes", Eigen::Vector2f{one.smallest, one.largest});
     program.set("growth", is_length ? std::sqrt(double(n)) : 1.0);
     program.set("pixelRatio", double(fine_));
-    program.set("largest", double(largest_point_));
-    attribute(0, one.positions, 3, GL_FLOAT, 12 * n);
-    attribute(1, one.colors, 4, GL_UNSIGNED_BYTE, 4 * n);
-    attribute(2, one.normals, 2, GL_BYTE, 2 * n);
+    program.set("largest", 1024.0 * fine_);
+    attribute(0, one.positions, 3, GL_FLOAT, 12 * n, 1);
+    attribute(1, one.colors, 4, GL_UNSIGNED_BYTE, 4 * n, 1);
+    attribute(2, one.normals, 2, GL_BYTE, 2 * n, 1);
     attribute(3, {}, 0, GL_FLOAT, 0);
-    gl_.DrawArrays(GL_POINTS, 0, GLsizei((batch.points.cols() + n - 1) / n));
+    gl_.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei((batch.points.cols() + n - 1) / n));
   }
   void draw(const card_layer::lines& one, mode how) {
     const auto& batch = *one.batch;
@@ -265,9 +269,12 @@ class graphics_card {
     gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, one.indices.id());
     gl_.DrawElements(GL_TRIANGLES, GLsizei(batch.triangles.size()), GL_UNSIGNED_INT, nullptr);
   }
+  static index_t count_of(const point_batch& batch) { return batch.points.cols(); }
+  static index_t count_of(const line_batch& batch) { return batch.segments.cols(); }
+  static index_t count_of(const triangle_batch& batch) { return batch.triangles.cols(); }
   void draw_where(const auto& things, mode how, auto&& is_wanted) {
     for (const auto& one : things)
-      if (is_wanted(one.batch->opacity)) draw(one, how);
+      if (is_wanted(one.batch->opacity) && count_of(*one.batch) > 0) draw(one, how);
   }
 
   void draw_opaque(const scene& all, const render_options& options) {
@@ -385,10 +392,10 @@ class graphics_card {
   }
 
   const gl_functions& gl_;
-  card_program points_{gl_, "points", ""}, discs_{gl_, "points", "#define DISC\n"},
-      lines_{gl_, "lines", ""}, triangles_{gl_, "triangles", ""}, resolve_{gl_, "resolve", ""};
+  card_program points_{gl_, "points", "#define QUADS\n"},
+      discs_{gl_, "points", "#define QUADS\n#define DISC\n"}, lines_{gl_, "lines", ""},
+      triangles_{gl_, "triangles", ""}, resolve_{gl_, "resolve", ""};
   GLuint vertices_ = 0;
-  float largest_point_ = 1;
   std::map<const canvas*, card_layer> layers_;
 
   int width_ = 0, height_ = 0, fine_ = 1;

@@ -24,6 +24,8 @@ window_options without_turning(window_options options) {
 struct image_viewer::state {
   explicit state(const window_options& options)
       : title{options.title}, shown{{}, without_turning(options)} {
+    // Straight from the front again.
+    shown.on(key::r, [this] { width = 0; });
     shown.on_hover([this](const std::optional<picked>& found) { say(found); });
   }
 

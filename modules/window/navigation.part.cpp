@@ -54,7 +54,11 @@ namespace cilantro {
 [[nodiscard]] view centered_on(view from, const Eigen::Vector3d& place) {
   auto& to_world = from.camera.to_world;
   const Eigen::Vector3d seen = to_world.inverse() * place;
-  to_world.translation() += to_world.linear().leftCols<2>() * seen.head<2>();
+  const double depth = from.orthographic ? 1 : seen.z();
+  const Eigen::Vector2d middle{
+      ((from.camera.width - 1) / 2.0 - from.camera.cx) / from.camera.fx * depth,
+      ((from.camera.height - 1) / 2.0 - from.camera.cy) / from.camera.fy * depth};
+  to_world.translation() += to_world.linear().leftCols<2>() * (seen.head<2>() - middle);
   from.distance = seen.z();
   return from;
 }

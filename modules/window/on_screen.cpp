@@ -68,6 +68,7 @@ class window::screen {
           options.drawn_by == renderer::opengl ||
           (options.drawn_by == renderer::automatic && !graphics_card::is_software(*gl_));
       if (by_card) card_.emplace(*gl_);
+      may_change_renderer_ = options.drawn_by == renderer::automatic;
     });
     from_ = fit({}, fitting());
   }
@@ -95,7 +96,7 @@ class window::screen {
     if (is_open_) {
       draw();
       say_what_is_under_the_mouse();
-      if (film_) film_->catch_up();
+      filming([](recording& film) { film.catch_up(); });
     } else {
       stop_recording();
     }
@@ -105,7 +106,7 @@ class window::screen {
     while (update()) wait_for_change();
   }
   void wait_for_change() {
-    if (!is_open_) return;
+    if (!is_open_ || has_work()) return;
     // Whatever happens ends a wait, so its length is of no importance.
     std::chrono::duration<double> time{10};
     if (const auto due = pace_.until_due(pace::clock::now()); due && has_pixels()) time = *due;
@@ -149,7 +150,9 @@ class window::screen {
 
   void record(const std::filesystem::path& path, const video_options& options) {
     expects(!film_, "window: a film is in the making; stop_recording ends it");
-    film_.emplace(path, options, render(current(), seen(), drawing_));
+    take_scene();
+    film_.emplace(path, options,
+                  card_ ? drawn_by_card(drawing()) : render(shown_, seen(), drawing()));
   }
   void stop_recording() {
     if (!film_) return;
@@ -164,6 +167,13 @@ class window::screen {
   [[nodiscard]] bool has_pixels() const {
     const auto [width, height] = desktop_.size_in_pixels();
     return width > 0 && height > 0;
+  }
+
+  /// What another window's update may have noted, too.
+  [[nodiscard]] bool has_work() {
+    if (desktop_.has_events() || fine_picture_.is_done()) return true;
+    const std::scoped_lock lock{pending_mutex_};
+    return pending_.has_value();
   }
 
   void note_change() {
@@ -215,9 +225,9 @@ class window::screen {
       if (due == pace::picture::coarse)
         draw_coarsely();
       else if (!is_as_wanted_ && card_)
-        put_on_screen(drawn_by_card(drawing_));
+        put_on_screen(drawn_by_card(drawing()));
       else if (!is_as_wanted_)
-        fine_picture_.begin(shown_, seen(), drawing_);
+        fine_picture_.begin(shown_, seen(), drawing());
     } else if (const auto picture = fine_picture_.take()) {
       put_on_screen(*picture);
     }
@@ -225,17 +235,25 @@ class window::screen {
     is_lost_ = false;
   }
   void draw_coarsely() {
-    const auto options = coarse_.of(drawing_, points_shown());
-    is_as_wanted_ = options.blend == drawing_.blend &&
-                    options.supersampling == drawing_.supersampling &&
-                    options.point_budget == drawing_.point_budget;
+    const auto wanted = drawing();
+    const auto options = coarse_.of(wanted, points_shown());
+    is_as_wanted_ = options.blend == wanted.blend &&
+                    options.supersampling == wanted.supersampling &&
+                    options.point_budget == wanted.point_budget;
     const auto begin = pace::clock::now();
     put_on_screen(card_ ? drawn_by_card(options) : render(shown_, seen(), options));
     coarse_.note_time(pace::clock::now() - begin);
   }
   [[nodiscard]] image<rgb> drawn_by_card(const render_options& options) {
     std::optional<image<rgb>> picture;
-    desktop_.with_context([&] { picture = card_->draw(shown_, seen(), options); });
+    try {
+      desktop_.with_context([&] { picture = card_->draw(shown_, seen(), options); });
+    } catch (const window_error&) {
+      if (!may_change_renderer_) throw;
+      // What is too much for the card is not too much for the processor.
+      desktop_.with_context([&] { card_.reset(); });
+      picture = render(shown_, seen(), options);
+    }
     return *std::move(picture);
   }
   [[nodiscard]] index_t points_shown() const {
@@ -246,23 +264,43 @@ class window::screen {
     return n;
   }
   void put_on_screen(const image<rgb>& picture) {
-    if (film_) record(picture);
     desktop_.present([&] {
       picture_->set(picture);
       picture_->draw();
     });
     is_lost_ = false;
+    filming([&](recording& film) { record(picture, film); });
+  }
+  /// A film that fails has ended.
+  void filming(auto&& call) {
+    if (!film_) return;
+    try {
+      call(*film_);
+    } catch (...) {
+      film_.reset();
+      throw;
+    }
   }
 
-  void record(const image<rgb>& picture) {
-    if (picture.width() == film_->width() && picture.height() == film_->height()) {
-      film_->add(picture);
+  void record(const image<rgb>& picture, recording& film) {
+    if (picture.width() == film.width() && picture.height() == film.height()) {
+      film.add(picture);
     } else {
-      auto options = drawing_;
-      options.width = film_->width();
-      options.height = film_->height();
-      film_->add(render(shown_, seen(), options));
+      auto options = drawing();
+      options.width = film.width();
+      options.height = film.height();
+      film.add(render(shown_, seen(), options));
     }
+  }
+  /// As it is wanted, but for what a window has become too large for.
+  [[nodiscard]] render_options drawing() const {
+    auto options = drawing_;
+    const auto [width, height] = desktop_.size_in_pixels();
+    constexpr index_t most = index_t(1) << 26;
+    while (options.supersampling > 1 &&
+           index_t(width) * height * options.supersampling * options.supersampling > most)
+      --options.supersampling;
+    return options;
   }
 
   void handle(const mouse_pressed& what) { mouse_.press(what, seen()); }
@@ -370,6 +408,7 @@ class window::screen {
   std::optional<gl_functions> gl_;
   std::optional<picture_texture> picture_;
   std::optional<graphics_card> card_;
+  bool may_change_renderer_ = false;
   pace pace_;
   coarse_drawing coarse_;
   bool is_as_wanted_ = true;  ///< Whether the last picture needs no finer one.

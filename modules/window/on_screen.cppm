@@ -26,7 +26,8 @@ export struct window_options {
   std::string title = {};          ///< In UTF-8; if empty, the names of the layers at first.
   int width = 1280, height = 720;  ///< As the desktop counts; fine screens have more pixels.
   /// How scenes are drawn once nothing has changed for 0.15 s; until then without `.blend` and
-  /// `.supersampling`, and with as many points as there is time for thirty times a second. `.width`
+  /// `.supersampling`, and with as many points as there is time for thirty times a second. Of large
+  /// windows, `.supersampling` is lower where it would be too much for `render`. `.width`
   /// and `.height` must be 0, since the size is the window's, and
   /// `.monitor` empty.
   render_options drawing = {};
@@ -94,8 +95,8 @@ export class window {
   void set_title(const std::string& title);
 
   /// From now on, what is on the screen becomes a film, in the size that the window has now, as
-  /// long as it is there to be seen. Throws as `video` does, and `invalid_input` while there is a
-  /// film in the making.
+  /// long as it is there to be seen; shorter where frames take longer to write than to see. Throws
+  /// as `video` does, and `invalid_input` while there is a film in the making.
   void record(const std::filesystem::path& path, const video_options& options = {});
   /// Ends the film, if there is one; so does closing the window. Without either, nothing remains of
   /// it. Throws as `video::finish` does.

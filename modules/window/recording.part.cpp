@@ -2,6 +2,7 @@
 //
 // Films of what a window shows. Internal.
 module;
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <utility>
@@ -23,10 +24,18 @@ class recording {
   [[nodiscard]] int width() const { return seen_.width(); }
   [[nodiscard]] int height() const { return seen_.height(); }
 
-  /// Repeats the last picture until now.
+  /// Repeats the last picture until now. Where frames take longer to write than they are seen, some
+  /// are left out, and the film is shorter than what happened: else each update would take longer
+  /// than the one before.
   void catch_up() {
-    const auto due = static_cast<long long>((clock::now() - begin_) / seconds_);
-    for (; frames_ < due; ++frames_) film_.add(seen_);
+    const auto now = clock::now();
+    const auto longest =
+        std::max<clock::duration>(std::chrono::milliseconds{50}, (now - last_) / 2);
+    const auto due = static_cast<long long>((now - begin_) / seconds_);
+    for (; frames_ < due && clock::now() - now < longest; ++frames_) film_.add(seen_);
+    if (frames_ < due)
+      begin_ += std::chrono::duration_cast<clock::duration>(seconds_ * double(due - frames_));
+    last_ = clock::now();
   }
   void add(image<rgb> next) {
     catch_up();
@@ -42,7 +51,7 @@ class recording {
   video film_;
   std::chrono::duration<double> seconds_;  ///< Of a frame.
   image<rgb> seen_;
-  clock::time_point begin_ = clock::now();
+  clock::time_point begin_ = clock::now(), last_ = begin_;
   long long frames_ = 1;
 };
 

@@ -264,6 +264,31 @@ TEST_CASE("lines and triangles are in a page to the bit") {
   CHECK(ends.sums(4, 4) == std::vector<std::uint32_t>{0, 1, 2, 3});
 }
 
+TEST_CASE("what is not finite is not in a page, and no view that a hand could not turn") {
+  const test::temporary_folder folder;
+  line_batch lines{.points = Eigen::Matrix3Xf::Zero(3, 6), .colors = color_matrix(3, 3)};
+  lines.points(1, 2) = std::numeric_limits<float>::infinity();
+  lines.colors << 1, 2, 3, 4, 5, 6, 7, 8, 9;
+  triangle_batch mesh{.points = Eigen::Matrix3Xf::Zero(3, 4), .triangles = Eigen::Matrix3Xi(3, 2)};
+  mesh.points(0, 3) = -std::numeric_limits<float>::infinity();
+  mesh.triangles << 0, 0, 1, 2, 3, 1;
+  const auto all = scene{}.set("lines", lines).set("mesh", mesh);
+  write_html(all, folder / "page.html");
+  const page made{folder / "page.html"};
+  CHECK(made.scene["layers"][0]["lines"][0]["count"] == 2);
+  CHECK(made.scene["layers"][1]["triangles"][0]["count"] == 1);
+  reader from{made.streams.at(0)};
+  (void)from.floats(18);
+  CHECK(from.sums(4, 4) == std::vector<std::uint32_t>{0, 1, 4, 5});
+  CHECK(from.values(6, 1) == std::vector<std::uint32_t>{1, 4, 7, 3, 6, 9});
+
+  view wrong = fit(all);
+  wrong.up.setConstant(std::numeric_limits<double>::quiet_NaN());
+  CHECK_THROWS_AS(write_html(all, wrong, folder / "page.html"), invalid_input);
+  wrong.up = wrong.ahead();
+  CHECK_THROWS_AS(write_html(all, wrong, folder / "page.html"), invalid_input);
+}
+
 TEST_CASE("an image is in a page pixel by pixel") {
   const test::temporary_folder folder;
   image<rgb> picture(5, 4);

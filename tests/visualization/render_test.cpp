@@ -622,3 +622,26 @@ TEST_CASE("bars that say the same are drawn once, and texts can be read on any b
   CHECK(darkest({255, 255, 255}) > 180);
   CHECK(darkest({0, 0, 0}) > 180);
 }
+
+TEST_CASE("of many bars as many are drawn as can be read") {
+  const auto with = [](int legends) {
+    canvas on;
+    scene all;
+    for (int i = 0; i < legends; ++i) {
+      struct bar {
+        int number;
+        void draw(canvas& to) const {
+          to.add(color_legend{"bar " + std::to_string(number), {red, blue}, 0, 1});
+        }
+      };
+      all.set(std::to_string(i), bar{i});
+    }
+    return count(render(all, {.width = 320, .height = 240}), red);
+  };
+  CHECK(with(1) > 0);
+  CHECK(with(30) > 0);
+  canvas on;
+  CHECK_THROWS_AS(
+      on.add(color_legend{"endless", {red}, 0, std::numeric_limits<double>::infinity()}),
+      invalid_input);
+}

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -167,6 +168,70 @@ TEST_CASE("a graphics card draws without a display, scenes that change and sever
   view wrong = from;
   wrong.distance = -1;
   CHECK_THROWS_AS((void)card->render(all, wrong), invalid_input);
+}
+
+TEST_CASE("a graphics card draws what is empty, endless, dense, large or behind as render does") {
+  const view from = look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, {.width = 320, .height = 240});
+  const render_options plain{.edges = 0};
+  const auto is_alike = [&](const scene& all, const render_options& options) {
+    window w{all,
+             {.title = "hard",
+              .width = 320,
+              .height = 240,
+              .drawing = options,
+              .drawn_by = renderer::opengl}};
+    w.look(from);
+    const auto expected = render(w.current(), w.seen(), options);
+    double best = 0;
+    eventually(
+        [&] {
+          return (best = std::max(best, likeness(on_screen(0, 0, 320, 240), expected))) >= 35;
+        },
+        w);
+    return best;
+  };
+  // Nothing, and no colours for it.
+  scene empty;
+  empty.set("points", point_batch{.colors = color_matrix(3, 0)})
+      .set("lines", line_batch{.colors = color_matrix(3, 0)})
+      .set("triangles", triangle_batch{.colors = color_matrix(3, 0)});
+  CHECK(is_alike(empty, plain) >= 35);
+
+  // Thousands of points in each pixel, whose colours have one mean.
+  point_batch dense{.points = Eigen::Matrix3Xf(3, 400'000), .colors = color_matrix(3, 400'000)};
+  for (int i = 0; i < 400'000; ++i) {
+    dense.points.col(i) << 0.1f * float(i % 20) / 20, 0.1f * float(i / 20 % 20) / 20, 0;
+    dense.colors.col(i) << std::uint8_t(i % 70), std::uint8_t(i * 7 % 229),
+        std::uint8_t(i * 13 % 124);
+  }
+  dense.size.sizes.setConstant(9);
+  CHECK(is_alike(scene{}.set("dense", dense), plain) >= 35);
+
+  // A disc that reaches behind its middle, one beside the picture, and one larger than drivers'
+  // points.
+  point_batch disc{.points = Eigen::Vector3f::Zero(), .normals = Eigen::Vector3f{0, 0.9f, 0.3f}};
+  disc.size = {point_size::unit::length, Eigen::VectorXf::Constant(1, 2)};
+  disc.along_normals = true;
+  CHECK(is_alike(scene{}.set("disc", disc), plain) >= 35);
+  point_batch beside = disc;
+  beside.along_normals = false;
+  beside.points.col(0) << 3, 0, 0;
+  CHECK(is_alike(scene{}.set("beside", beside), plain) >= 35);
+  beside.points.setZero();
+  beside.size.sizes.setConstant(4.5f);
+  CHECK(is_alike(scene{}.set("large", beside), plain) >= 35);
+}
+
+TEST_CASE("what is too much for a graphics card is refused, or drawn by the processor") {
+  auto wide = sheet({}, 1);
+  wide.texture = std::make_shared<const image<rgb>>(40'000, 2);
+  wide.texture_places.setZero(2, 4);
+  const auto all = scene{}.set("wide", wide);
+  window w{all, {.title = "wide", .width = 100, .height = 80, .drawn_by = renderer::opengl}};
+  CHECK_THROWS_WITH_AS(w.update(), doctest::Contains("the graphics card cannot draw this"),
+                       window_error);
+  window careful{all, {.title = "careful", .width = 100, .height = 80}};
+  CHECK(eventually([&] { return is_on_screen(careful); }, careful));
 }
 
 TEST_CASE("without a graphics card the processor draws") {

@@ -123,21 +123,6 @@ TEST_CASE("a window may go while a picture of it is drawn") {
   }
 }
 
-TEST_CASE("what is wrong with the picture that is drawn last comes from update, once") {
-  window w{some_scene(), {.width = 1400, .height = 900, .drawing = {.supersampling = 8}}};
-  std::string said;
-  CHECK(eventually([&] {
-    try {
-      w.update();
-    } catch (const invalid_input& error) {
-      said = error.what();
-    }
-    return !said.empty();
-  }));
-  CHECK(said.find("the picture is larger") != std::string::npos);
-  CHECK(w.update());
-}
-
 TEST_CASE("a step shows a cloud until the window is closed, and hands it on") {
   // No other thread has windows: a person closes the one that is there.
   point_cloud<float, 3> cloud{.points = Eigen::Matrix3Xf::Random(3, 200)};
@@ -187,4 +172,27 @@ TEST_CASE("what was moved from says so, and a film that has ended may be stopped
   CHECK_THROWS_AS(one.update(), invalid_input);
   CHECK_THROWS_AS(one.show(image<rgb>(3, 2)), invalid_input);
   CHECK(other.update());
+}
+
+TEST_CASE("a wait ends at once if there is something to do, whoever noted it") {
+  window a{some_scene(), {.title = "a", .width = 200, .height = 100}};
+  window b{some_scene(), {.title = "b", .width = 200, .height = 100}};
+  // Until both have drawn all that there is.
+  const auto first = std::chrono::steady_clock::now();
+  eventually([&] { return std::chrono::steady_clock::now() - first > std::chrono::seconds{1}; }, a,
+             b);
+  a.show(some_scene(0.5));
+  b.update();  // Which takes notice of all events.
+  const auto begin = std::chrono::steady_clock::now();
+  a.wait_for_change();
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::seconds{5});  // Not ten.
+}
+
+TEST_CASE("a window that becomes too large for its supersampling goes on") {
+  window w{some_scene(),
+           {.title = "large", .width = 200, .height = 100, .drawing = {.supersampling = 8}}};
+  w.update();
+  REQUIRE(while_person_does(w, at_window("large") + "windowsize %1 1500 900"));
+  CHECK(eventually(
+      [&] { return w.seen().camera.width == 1500 && is_on_screen(w, {.supersampling = 7}); }, w));
 }

@@ -133,7 +133,7 @@ export void check(const result_drawings& as) {
   const auto expect = [](const std::string& path, const std::string& ending) {
     const std::filesystem::path file{path};
     if (path.empty()) return;
-    if (file.extension() != ending)
+    if (ending_of(file) != ending)
       throw std::runtime_error{path + ": the name must end in " + ending};
     if (file.has_parent_path() && !std::filesystem::is_directory(file.parent_path()))
       throw std::runtime_error{path + ": there is no such folder"};

@@ -23,7 +23,7 @@ struct picture_settings : drawing_settings {
 
 /// Before anything is read and drawn.
 void expect_fitting_name(const picture_settings& settings) {
-  const std::string ending = std::filesystem::path{settings.output}.extension().string();
+  const std::string ending = ending_of(settings.output);
   if (settings.turntable == 0 && settings.output.find('%') != std::string::npos)
     throw std::runtime_error{settings.output +
                              " would be pictures of a film, which needs --turntable and its number "

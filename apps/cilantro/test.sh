@@ -174,6 +174,8 @@ done
 # What cannot be drawn is said before the work.
 rm -f out.xyz
 expect 1 'the name must end in .png' "$cilantro" run plane.xyz -o out.xyz --picture seen.jpg
+expect 0 '' "$cilantro" run plane.xyz --picture LARGE.PNG --quiet
+expect 1 'would be a film' "$cilantro" picture plane.xyz -o turn.MP4
 expect 1 'there is no such folder' "$cilantro" run plane.xyz -o out.xyz --html nowhere/seen.html
 expect 1 'cilantro html draw into a file' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" run plane.xyz -o out.xyz --show --quiet
 [ ! -e out.xyz ] || fail 'the work was done in vain'

@@ -67,10 +67,14 @@ export struct tool_input {
   std::optional<pinhole_camera<float>> camera;  ///< Of a depth image.
 };
 
-export bool is_depth_image(const std::filesystem::path& path) {
+/// How the name of a file ends, in small letters: `.png`.
+export std::string ending_of(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending == ".png";
+  return ending;
+}
+export bool is_depth_image(const std::filesystem::path& path) {
+  return ending_of(path) == ".png";
 }
 
 bool are_floats(const Eigen::Matrix3Xd& m) {

@@ -57,6 +57,10 @@ triangle_batch with_finite_triangles(triangle_batch batch) {
   return batch;
 }
 
+std::string_view truth(bool is_so) {
+  return is_so ? "true" : "false";
+}
+
 /// What the page reads: a description of the scene as JSON, and streams that it counts.
 class page_content {
  public:
@@ -114,14 +118,14 @@ class page_content {
     *this << R"({"count":)" << double(count) << R"(,"chunk":)" << double(points_in_chunk);
     *this << R"(,"low":)";
     list(on.low) << R"(,"step":)" << on.step;
-    *this << R"(,"isLength":)" << (batch.size.in == point_size::unit::length ? "true" : "false");
+    *this << R"(,"isLength":)" << truth(batch.size.in == point_size::unit::length);
     *this << R"(,"sizes":)";
     list(std::array{sizes.low, sizes.high});
-    *this << R"(,"isLit":)" << (batch.lit ? "true" : "false") << R"(,"alongNormals":)"
-          << (batch.along_normals ? "true" : "false");
-    *this << R"(,"each":{"size":)" << (batch.size.sizes.size() > 1 ? "true" : "false");
-    *this << R"(,"color":)" << (batch.colors.cols() > 1 ? "true" : "false") << R"(,"normal":)"
-          << (batch.normals.cols() > 0 ? "true" : "false") << "}";
+    *this << R"(,"isLit":)" << truth(batch.lit) << R"(,"alongNormals":)"
+          << truth(batch.along_normals);
+    *this << R"(,"each":{"size":)" << truth(batch.size.sizes.size() > 1);
+    *this << R"(,"color":)" << truth(batch.colors.cols() > 1) << R"(,"normal":)"
+          << truth(batch.normals.cols() > 0) << "}";
     add_common(batch);
     const auto first = streams_.size();
     streams_.resize(first + static_cast<std::size_t>(chunks));
@@ -134,7 +138,7 @@ class page_content {
     const auto batch = with_finite_lines(whole);
     *this << R"({"points":)" << double(batch.points.cols()) << R"(,"count":)"
           << double(batch.segments.cols()) << R"(,"width":)" << batch.width;
-    *this << R"(,"each":{"color":)" << (batch.colors.cols() > 1 ? "true" : "false") << "}";
+    *this << R"(,"each":{"color":)" << truth(batch.colors.cols() > 1) << "}";
     add_common(batch);
     bytes data;
     append_values(data, batch.points);
@@ -146,9 +150,9 @@ class page_content {
     const auto batch = with_finite_triangles(whole);
     *this << R"({"points":)" << double(batch.points.cols()) << R"(,"count":)"
           << double(batch.triangles.cols());
-    *this << R"(,"each":{"color":)" << (batch.colors.cols() > 1 ? "true" : "false")
-          << R"(,"normal":)" << (batch.normals.cols() > 0 ? "true" : "false") << "}";
-    *this << R"(,"isLit":)" << (batch.lit ? "true" : "false");
+    *this << R"(,"each":{"color":)" << truth(batch.colors.cols() > 1) << R"(,"normal":)"
+          << truth(batch.normals.cols() > 0) << "}";
+    *this << R"(,"isLit":)" << truth(batch.lit);
     if (batch.texture)
       *this << R"(,"texture":{"width":)" << batch.texture->width() << R"(,"height":)"
             << batch.texture->height() << "}";
@@ -209,7 +213,7 @@ void describe(page_content& content, const view& from) {
           << camera.cy << R"(,"turn":)";
   content.list(camera.to_world.linear().reshaped<Eigen::RowMajor>()) << R"(,"eye":)";
   content.list(from.eye()) << R"(,"distance":)" << from.distance << R"(,"up":)";
-  content.list(from.up) << R"(,"orthographic":)" << (from.orthographic ? "true" : "false") << "}";
+  content.list(from.up) << R"(,"orthographic":)" << truth(from.orthographic) << "}";
 }
 
 std::string escaped(std::string_view text) {
@@ -272,9 +276,9 @@ void write_html(const scene& all, const view& from, const std::filesystem::path&
   content << R"({"title":)";
   content.quote(options.title) << R"(,"background":)";
   content.list(options.background)
-      << R"(,"edges":)" << options.edges << R"(,"blend":)" << (options.blend ? "true" : "false")
-      << R"(,"labels":)" << (options.labels ? "true" : "false") << R"(,"legends":)"
-      << (options.legends ? "true" : "false") << R"(,"view":)";
+      << R"(,"edges":)" << options.edges << R"(,"blend":)" << truth(options.blend)
+      << R"(,"labels":)" << truth(options.labels) << R"(,"legends":)" << truth(options.legends)
+      << R"(,"view":)";
   describe(content, from);
   content << R"(,"layers":)";
   index_t done = 0;
@@ -284,7 +288,7 @@ void write_html(const scene& all, const view& from, const std::filesystem::path&
       content.list_of(things, [&](const auto& thing) { content.add(thing); });
     };
     content << R"({"name":)";
-    content.quote(layer.name) << R"(,"isHidden":)" << (layer.is_hidden ? "true" : "false");
+    content.quote(layer.name) << R"(,"isHidden":)" << truth(layer.is_hidden);
     add_all(R"(,"points":)", layer.content->points());
     add_all(R"(,"lines":)", layer.content->lines());
     add_all(R"(,"triangles":)", layer.content->triangles());

@@ -467,10 +467,10 @@ picture_size size_of(const view& from, const render_options& o) {
   const picture_size size{o.width > 0 ? o.width : camera.width,
                           o.height > 0 ? o.height : camera.height};
   constexpr int longest = 1 << 15;
-  constexpr index_t most = index_t(1) << 26;
   expects(
       size.width <= longest && size.height <= longest &&
-          index_t(size.width) * size.height * o.supersampling * o.supersampling <= most,
+          index_t(size.width) * size.height * o.supersampling * o.supersampling <=
+              detail::most_pixels,
       "render: the picture is larger than 32768 x 32768, or than 2^26 pixels when supersampled");
   return size;
 }

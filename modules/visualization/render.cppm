@@ -47,6 +47,11 @@ export [[nodiscard]] image<rgb> render(const scene& all, const view& from,
 /// As above, of all of the scene, as `fit` sees it.
 export [[nodiscard]] image<rgb> render(const scene& all, const render_options& options = {});
 
+namespace detail {
+/// How many pixels a picture has at most, each of which supersampling makes several.
+export inline constexpr index_t most_pixels = index_t(1) << 26;
+}  // namespace detail
+
 /// What a `picked` is.
 export enum class picked_kind { point, line, triangle };
 /// What is seen in a pixel.

@@ -7,6 +7,11 @@ uniform bool isOrthographic;
 // 0: colours, 1: depths alone, 2: sums of colours, 3: veils, 4: what they let through.
 uniform int mode;
 uniform uint batch;
+float light(vec3 normal, vec3 p) {
+  vec3 towards = isOrthographic ? vec3(0, 0, 1) : p;
+  float lengths = length(normal) * length(towards);
+  return lengths > 0. ? .4 + .6 * abs(dot(normal, towards)) / lengths : 1.;
+}
 //! vertex
 vec3 inCamera(vec3 p) { return linear * p + offset; }
 vec2 inPixels(vec3 p) { return focal * p.xy / (isOrthographic ? 1. : p.z) + center; }
@@ -23,11 +28,6 @@ layout(location = 0) out uvec4 result;
 #else
 layout(location = 0) out vec4 result;
 #endif
-float light(vec3 normal, vec3 p) {
-  vec3 towards = isOrthographic ? vec3(0, 0, 1) : p;
-  float lengths = length(normal) * length(towards);
-  return lengths > 0. ? .4 + .6 * abs(dot(normal, towards)) / lengths : 1.;
-}
 void put(vec3 color, float z, float weight) {
 #ifdef PICK
   result = uvec4(batch, floatBitsToUint(z), 0u, 0u);
@@ -67,7 +67,7 @@ void main() {
   bool isDirected = hasNormals && octahedral != vec2(-1);
   vec3 n = isDirected ? inCameraOfNormal() : vec3(0);
   tint = color.rgb;
-  if (isDirected && isLit) tint *= .4 + .6 * abs(dot(n, isOrthographic ? vec3(0, 0, 1) : normalize(p)));
+  if (isDirected && isLit) tint *= light(n, p);
 #ifdef DISC
   normal = n; middle = p; pixel = inPixels(p); reach = deep / 2.;
   // Near the border of a picture, the picture of a disc is longer than that of one in its middle.

@@ -62,7 +62,6 @@ struct gl_functions {
   F(PFNGLGENTEXTURESPROC, GenTextures)                           \
   F(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                   \
   F(PFNGLGETERRORPROC, GetError)                                 \
-  F(PFNGLGETINTEGERVPROC, GetIntegerv)                           \
   F(PFNGLGETPROGRAMIVPROC, GetProgramiv)                         \
   F(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                 \
   F(PFNGLGETSHADERIVPROC, GetShaderiv)                           \

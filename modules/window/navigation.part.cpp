@@ -15,15 +15,11 @@ namespace cilantro {
 [[nodiscard]] view resized(view from, int width, int height) {
   auto& camera = from.camera;
   if (camera.width == width && camera.height == height) return from;
-  const double factor = std::min(double(width) / camera.width, double(height) / camera.height);
-  // Integers are the middles of pixels, the borders half a pixel away.
-  const auto moved = [&](double c, int from_size, int to_size) {
-    return (c + 0.5 - from_size / 2.0) * factor + to_size / 2.0 - 0.5;
-  };
-  camera.cx = moved(camera.cx, camera.width, width);
-  camera.cy = moved(camera.cy, camera.height, height);
-  camera.fx *= factor;
-  camera.fy *= factor;
+  const auto there = detail::camera_of(from, width, height);
+  camera.fx = there.fx;
+  camera.fy = there.fy;
+  camera.cx = there.cx;
+  camera.cy = there.cy;
   camera.width = width;
   camera.height = height;
   return from;

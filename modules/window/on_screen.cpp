@@ -296,9 +296,9 @@ class window::screen {
   [[nodiscard]] render_options drawing() const {
     auto options = drawing_;
     const auto [width, height] = desktop_.size_in_pixels();
-    constexpr index_t most = index_t(1) << 26;
     while (options.supersampling > 1 &&
-           index_t(width) * height * options.supersampling * options.supersampling > most)
+           index_t(width) * height * options.supersampling * options.supersampling >
+               detail::most_pixels)
       --options.supersampling;
     return options;
   }

@@ -57,6 +57,27 @@ triangle_batch sheet(const rgb& color, double opacity) {
   return mesh;
 }
 
+/// How alike what a window draws by OpenGL becomes to what `render` draws; 35 dB are enough.
+double likeness_on_screen(const scene& all, const view& from, const render_options& drawing) {
+  window w{all,
+           {.title = "card",
+            .width = from.camera.width,
+            .height = from.camera.height,
+            .drawing = drawing,
+            .drawn_by = renderer::opengl}};
+  CHECK(w.drawn_by() == renderer::opengl);
+  w.look(from);
+  const auto expected = render(w.current(), w.seen(), drawing);
+  double best = 0;
+  eventually(
+      [&] {
+        return (best = std::max(best, likeness(on_screen(0, 0, expected.width(), expected.height()),
+                                               expected))) >= 35;
+      },
+      w);
+  return best;
+}
+
 }  // namespace
 
 TEST_CASE("what a graphics card draws is alike to what render draws") {
@@ -111,23 +132,9 @@ TEST_CASE("what a graphics card draws is alike to what render draws") {
   };
   for (const auto& [what, scene, drawing, parallel] : all) {
     CAPTURE(what);
-    window w{scene,
-             {.title = "card",
-              .width = 480,
-              .height = 360,
-              .drawing = drawing,
-              .drawn_by = renderer::opengl}};
-    CHECK(w.drawn_by() == renderer::opengl);
     const view from = fit(scene, {0.5, 1, -0.6}, {0, 0, 1},
                           {.width = 480, .height = 360, .orthographic = parallel});
-    w.look(from);
-    const auto expected = render(w.current(), w.seen(), drawing);
-    double best = 0;
-    eventually(
-        [&] {
-          return (best = std::max(best, likeness(on_screen(0, 0, 480, 360), expected))) >= 35;
-        },
-        w);
+    const double best = likeness_on_screen(scene, from, drawing);
     CHECK(best >= 35);
     MESSAGE(what << ": " << best << " dB");
   }
@@ -173,29 +180,12 @@ TEST_CASE("a graphics card draws without a display, scenes that change and sever
 TEST_CASE("a graphics card draws what is empty, endless, dense, large or behind as render does") {
   const view from = look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, {.width = 320, .height = 240});
   const render_options plain{.edges = 0};
-  const auto is_alike = [&](const scene& all, const render_options& options) {
-    window w{all,
-             {.title = "hard",
-              .width = 320,
-              .height = 240,
-              .drawing = options,
-              .drawn_by = renderer::opengl}};
-    w.look(from);
-    const auto expected = render(w.current(), w.seen(), options);
-    double best = 0;
-    eventually(
-        [&] {
-          return (best = std::max(best, likeness(on_screen(0, 0, 320, 240), expected))) >= 35;
-        },
-        w);
-    return best;
-  };
   // Nothing, and no colours for it.
   scene empty;
   empty.set("points", point_batch{.colors = color_matrix(3, 0)})
       .set("lines", line_batch{.colors = color_matrix(3, 0)})
       .set("triangles", triangle_batch{.colors = color_matrix(3, 0)});
-  CHECK(is_alike(empty, plain) >= 35);
+  CHECK(likeness_on_screen(empty, from, plain) >= 35);
 
   // Thousands of points in each pixel, whose colours have one mean.
   point_batch dense{.points = Eigen::Matrix3Xf(3, 400'000), .colors = color_matrix(3, 400'000)};
@@ -205,21 +195,21 @@ TEST_CASE("a graphics card draws what is empty, endless, dense, large or behind 
         std::uint8_t(i * 13 % 124);
   }
   dense.size.sizes.setConstant(9);
-  CHECK(is_alike(scene{}.set("dense", dense), plain) >= 35);
+  CHECK(likeness_on_screen(scene{}.set("dense", dense), from, plain) >= 35);
 
   // A disc that reaches behind its middle, one beside the picture, and one larger than drivers'
   // points.
   point_batch disc{.points = Eigen::Vector3f::Zero(), .normals = Eigen::Vector3f{0, 0.9f, 0.3f}};
   disc.size = {point_size::unit::length, Eigen::VectorXf::Constant(1, 2)};
   disc.along_normals = true;
-  CHECK(is_alike(scene{}.set("disc", disc), plain) >= 35);
+  CHECK(likeness_on_screen(scene{}.set("disc", disc), from, plain) >= 35);
   point_batch beside = disc;
   beside.along_normals = false;
   beside.points.col(0) << 3, 0, 0;
-  CHECK(is_alike(scene{}.set("beside", beside), plain) >= 35);
+  CHECK(likeness_on_screen(scene{}.set("beside", beside), from, plain) >= 35);
   beside.points.setZero();
   beside.size.sizes.setConstant(4.5f);
-  CHECK(is_alike(scene{}.set("large", beside), plain) >= 35);
+  CHECK(likeness_on_screen(scene{}.set("large", beside), from, plain) >= 35);
 }
 
 TEST_CASE("what is too much for a graphics card is refused, or drawn by the processor") {

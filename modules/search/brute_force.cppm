@@ -6,12 +6,18 @@ import cilantro.core;
 import :metric;
 import :neighbor_searcher;
 import :neighborhood;
+import :product_search;
+import :visit;
 
 namespace cilantro {
 
 /// Compares every query with every point: the reference that other searchers are tested against,
-/// and the fastest way for a few dozen points. O(N) per query. Views its points, which must outlive
+/// and the fastest way for a few dozen points, and for points of many dimensions, such as features,
+/// of which a tree has to look at nearly all. O(N) per query. Views its points, which must outlive
 /// it.
+///
+/// Many queries at once, as by `find_neighborhoods`, are compared by products of matrices if the
+/// metric is Euclidean and there are 8 dimensions or more; what is found is the same, to the bit.
 ///
 /// Works with any `Metric`: `brute_force_searcher{points, [](const auto& a, const auto& b) { … }}`.
 export template <Scalar S, int D, Metric<S, D> M = euclidean>
@@ -53,6 +59,17 @@ class brute_force_searcher {
                               [](const neighbor<S>& n) { return std::pair{n.distance, n.index}; });
     out.resize(count);
     for (auto& n : out) n.distance = by.distance(n.distance);
+  }
+
+  /// Use `visit_neighborhoods` instead: it checks the arguments, and then calls this.
+  void visit_all(points_view<S, D> queries, neighborhood_spec spec,
+                 const neighborhood_visitor<S>& visit, const visit_options& options) const {
+    if constexpr (std::same_as<M, euclidean>)
+      if (dimension() >= least_product_dimension)
+        return visit_by_products<S>(points_, queries, spec, visit, options);
+    visit_queries<S>(queries.size(), visit, options, [&] {
+      return [&](index_t q, auto& found) { find(queries[q], spec, found); };
+    });
   }
 
  private:

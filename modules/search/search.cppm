@@ -9,6 +9,7 @@ export import :neighborhood;
 export import :neighbor_searcher;
 export import :visit;
 export import :nearest;
+export import :product_search;
 export import :brute_force;
 export import :kd_tree_nodes;
 export import :kd_tree;

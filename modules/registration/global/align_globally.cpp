@@ -1,0 +1,566 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <ostream>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/closed_spaces.hpp"
+module cilantro.registration;
+
+import cilantro.eigen;
+import :pair_fit;
+import :surface_check;
+import :surface_description;
+
+namespace cilantro {
+namespace {
+
+/// Candidates that are compared on points, and those that are refined there.
+constexpr std::size_t most_compared = 24, most_refined = 8;
+/// Pairs that must agree where nothing but pairs and overlap speaks for a transform, and where
+/// viewpoints do.
+constexpr index_t enough_pairs = 30, enough_pairs_seen = 8;
+/// What is contradicted more is wrong; what is contradicted less is confirmed.
+constexpr double most_contradicted = 0.03, confirmed = 0.01;
+/// A candidate whose score is this share of the best one's might be the right one.
+constexpr double rival_share = 0.8;
+
+/// A transform, and what speaks for it.
+template <int D>
+struct judged {
+  pair_proposal<D> proposal;
+  agreement pairs;
+  surface_evidence surface = {};
+  double score = 0;
+};
+
+/// How far two transforms move points apart, root mean square over a set of that mean and
+/// covariance.
+template <int D>
+class displacement {
+ public:
+  explicit displacement(const point_matrix<double, D>& points)
+      : mean_{points.rowwise().mean()},
+        covariance_{(points.colwise() - mean_) * (points.colwise() - mean_).transpose() /
+                    double(points.cols())} {}
+
+  [[nodiscard]] double between(const pair_proposal<D>& a, const pair_proposal<D>& b) const {
+    const Eigen::Matrix<double, D, D> turn = a.rotation - b.rotation;
+    const point_vector<double, D> shift = turn * mean_ + a.translation - b.translation;
+    return std::sqrt(shift.squaredNorm() + (turn * covariance_ * turn.transpose()).trace());
+  }
+
+ private:
+  point_vector<double, D> mean_;
+  Eigen::Matrix<double, D, D> covariance_;
+};
+
+template <int D>
+void resize(putative_pairs<D>& pairs, index_t count, bool with_normals) {
+  for (auto* matrix : {&pairs.source, &pairs.target}) matrix->resize(D, count);
+  if (with_normals)
+    for (auto* matrix : {&pairs.source_normals, &pairs.target_normals}) matrix->resize(D, count);
+}
+
+/// The two sets, and pairs between them.
+template <int D>
+struct global_problem {
+  const voxel_surface<D>*source = nullptr, *target = nullptr;  ///< Null if there is no voxel.
+  double voxel = 0;
+  putative_pairs<D> pairs;        ///< Around the centres of both.
+  correspondences<double> given;  ///< The pairs by the indices of points.
+  point_vector<double, D> source_center = point_vector<double, D>::Zero(),
+                          target_center = point_vector<double, D>::Zero();
+
+  void set_surfaces(const voxel_surface<D>& moving, const voxel_surface<D>& onto, double edge) {
+    source = &moving;
+    target = &onto;
+    source_center = moving.center;
+    target_center = onto.center;
+    voxel = edge;
+  }
+};
+
+/// Pairs of voxels whose features are each other's nearest.
+template <int D>
+void match_surfaces(global_problem<D>& problem, const global_options& options) {
+  const auto &source = *problem.source, &target = *problem.target;
+  const auto matches =
+      match_features(source.features, target.features,
+                     {.threads = options.threads, .monitor = {{}, options.monitor.stop}});
+  auto& pairs = problem.pairs;
+  resize(pairs, std::ssize(matches), true);
+  for (index_t i = 0; i < std::ssize(matches); ++i) {
+    const auto [s, t, distance] = matches[i];
+    pairs.source.col(i) = source.points.col(s);
+    pairs.target.col(i) = target.points.col(t);
+    pairs.source_normals.col(i) = source.normals.col(s);
+    pairs.target_normals.col(i) = target.normals.col(t);
+    pairs.numbers.push_back(static_cast<std::int32_t>(i));
+    problem.given.push_back({source.first[s], target.first[t], double(distance)});
+  }
+}
+
+/// The pairs that were given, without those of points that are not finite.
+template <Scalar S, int D>
+void take_pairs(global_problem<D>& problem, const global_input<S, D>& source,
+                const global_input<S, D>& target, const index_list& sources,
+                const index_list& targets) {
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const auto s = sources[i], t = targets[i];
+    expects(0 <= s && s < source.points.size() && 0 <= t && t < target.points.size(),
+            "align_globally: a pair has an index that is not one of a point");
+    problem.given.push_back({s, t, 0});
+    if (is_finite(source.points[s]) && is_finite(target.points[t]))
+      problem.pairs.numbers.push_back(static_cast<std::int32_t>(i));
+  }
+  auto& pairs = problem.pairs;
+  const index_t count = std::ssize(pairs.numbers);
+  const bool with_normals = !source.normals.empty() && !target.normals.empty();
+  resize(pairs, count, with_normals);
+  const auto normal_or_zero = [](const auto& normal) {
+    return is_finite(normal) ? normal.template cast<double>().eval()
+                             : point_vector<double, D>::Zero().eval();
+  };
+  for (index_t i = 0; i < count; ++i) {
+    const auto& [s, t, distance] = problem.given[pairs.numbers[i]];
+    pairs.source.col(i) = source.points[s].template cast<double>();
+    pairs.target.col(i) = target.points[t].template cast<double>();
+    if (!with_normals) continue;
+    pairs.source_normals.col(i) = normal_or_zero(source.normals[s]);
+    pairs.target_normals.col(i) = normal_or_zero(target.normals[t]);
+  }
+  if (!problem.source && count > 0) {
+    problem.source_center = pairs.source.rowwise().mean();
+    problem.target_center = pairs.target.rowwise().mean();
+  }
+  pairs.source.colwise() -= problem.source_center;
+  pairs.target.colwise() -= problem.target_center;
+}
+
+/// How unlikely it is that chance makes so many of the pairs agree with some transform: −log10 of
+/// the expected number of transforms that do, of all that samples of `sample` pairs give, where
+/// wrong pairs agree with the share `by_chance`.
+/// Source: Moisan & Stival 2004, "A probabilistic criterion to detect rigid point matches between
+/// two images", section 3.
+double significance(index_t agreeing, index_t pairs, index_t sample, double by_chance) {
+  const auto log_choose = [](index_t n, index_t k) {
+    double sum = 0;
+    for (index_t i = 0; i < k; ++i) sum += std::log10(double(n - i) / double(i + 1));
+    return sum;
+  };
+  if (agreeing <= sample) return 0;
+  const index_t rest = pairs - sample, more = agreeing - sample;
+  // The largest term of the tail stands for all of it.
+  const double log_tail =
+      log_choose(rest, more) + double(more) * std::log10(std::max(by_chance, 1e-12));
+  return -(log_choose(pairs, sample) + std::min(log_tail, 0.0));
+}
+
+template <int D>
+class global_registration {
+ public:
+  global_registration(const global_problem<D>& problem, const global_options& options)
+      : problem_{problem}, pairs_{problem.pairs}, options_{options} {}
+
+  [[nodiscard]] found_globally run() {
+    found_globally result;
+    result.matches = pairs_.size();
+    propose();
+    if (problem_.source)
+      judge_by_surfaces(result);
+    else
+      judge_by_pairs(result);
+    return result;
+  }
+
+ private:
+  /// The candidates that the pairs suggest, different ones, the best one first.
+  void propose() {
+    const execution how{options_.threads, {{}, options_.monitor.stop}};
+    std::vector<pair_proposal<D>> proposals;
+    if (pairs_.size() <= most_graph_pairs)
+      proposals = options_.solver.propose(pairs_, how);
+    else
+      proposals = options_.solver.propose(thinned(), how);
+    std::vector<judged<D>> all(proposals.size());
+    parallel_blocks(std::ssize(all), 1, how, [&](index_t k, index_t, index_t) {
+      auto [proposal, agree] = refined<D>(pairs_, proposals[k]);
+      all[k] = {proposal, std::move(agree)};
+      all[k].score = all[k].pairs.score;
+    });
+    keep_different(all);
+  }
+
+  [[nodiscard]] putative_pairs<D> thinned() const {
+    putative_pairs<D> some = pairs_;
+    const auto kept = uniform_indices(pairs_.size(), most_graph_pairs);
+    some.numbers.clear();
+    resize(some, std::ssize(kept), pairs_.has_normals());
+    for (index_t i = 0; i < std::ssize(kept); ++i) {
+      some.source.col(i) = pairs_.source.col(kept[i]);
+      some.target.col(i) = pairs_.target.col(kept[i]);
+      if (pairs_.has_normals()) {
+        some.source_normals.col(i) = pairs_.source_normals.col(kept[i]);
+        some.target_normals.col(i) = pairs_.target_normals.col(kept[i]);
+      }
+      some.numbers.push_back(pairs_.numbers[kept[i]]);
+    }
+    return some;
+  }
+
+  /// Of candidates that are nearly the same, the best one; all by descending score.
+  void keep_different(std::vector<judged<D>>& all) {
+    candidates_.clear();
+    if (pairs_.size() == 0) return;
+    std::ranges::sort(all, std::ranges::greater{}, &judged<D>::score);
+    const displacement<D> apart{problem_.source ? problem_.source->points : pairs_.source};
+    for (auto& one : all) {
+      const bool is_new = std::ranges::none_of(candidates_, [&](const judged<D>& other) {
+        return apart.between(one.proposal, other.proposal) < 3 * pairs_.max_distance;
+      });
+      if (is_new) candidates_.push_back(std::move(one));
+    }
+  }
+
+  void judge_by_pairs(found_globally& result) {
+    if (candidates_.empty()) return;
+    const double chance = agreeing_by_chance(candidates_.front().proposal);
+    std::erase_if(candidates_, [&](const judged<D>& one) {
+      return significance(std::ssize(one.pairs.members), pairs_.size(), D, chance) < 2;
+    });
+    if (candidates_.empty()) return;
+    result.status = has_rival() ? global_status::ambiguous : global_status::unique;
+    const known_pairs fit = agreeing_points(candidates_.front());
+    const known_pairs_searcher searcher{fit.source, fit.target, fit.pairs};
+    const point_to_point_estimator<double, D, rigid_motion> estimator{fit.source, fit.target};
+    finish(result, evaluate(searcher, estimator, absolute(candidates_.front().proposal)));
+  }
+
+  /// The share of random pairings that agree with a transform.
+  [[nodiscard]] double agreeing_by_chance(const pair_proposal<D>& proposal) const {
+    const index_t looked_at = std::min<index_t>(pairs_.size(), 256);
+    const double limit = pairs_.max_distance * pairs_.max_distance;
+    index_t agreeing = 0, all = 0;
+    for (index_t k = 0; k < looked_at; ++k) {
+      const index_t i = k * pairs_.size() / looked_at;
+      const point_vector<double, D> place =
+          proposal.rotation * pairs_.source.col(i) + proposal.translation;
+      for (index_t j = 0; j < pairs_.size(); ++j) {
+        if (i == j) continue;
+        ++all;
+        agreeing += (pairs_.target.col(j) - place).squaredNorm() <= limit;
+      }
+    }
+    return all > 0 ? double(agreeing) / double(all) : 1;
+  }
+
+  void judge_by_surfaces(found_globally& result) {
+    const auto &source = *problem_.source, &target = *problem_.target;
+    const surface_check<D> check{source, target, problem_.voxel, pairs_.oriented, options_.threads};
+    const bool is_seen = source.seen || target.seen;
+    const auto look_at = [&](judged<D>& one, index_t step) {
+      one.surface = check.compare(one.proposal, step);
+      one.score = one.surface.score();
+    };
+    if (candidates_.size() > most_compared) candidates_.resize(most_compared);
+    const index_t coarse = std::max<index_t>(1, source.points.cols() / 500);
+    for (auto& one : candidates_) look_at(one, coarse);
+    auto all = std::move(candidates_);
+    std::ranges::sort(all, std::ranges::greater{}, &judged<D>::score);
+    if (all.size() > most_refined) all.resize(most_refined);
+    for (auto& one : all) {
+      settle(one, std::max<index_t>(1, source.points.cols() / 1000), 2 * problem_.voxel, 8);
+      look_at(one, 1);
+    }
+    if (is_seen)
+      std::erase_if(all, [](const judged<D>& one) {
+        return one.surface.contradicted_share() > most_contradicted;
+      });
+    std::erase_if(all, [](const judged<D>& one) { return std::ssize(one.pairs.members) < D + 1; });
+    keep_different(all);
+    if (candidates_.empty()) return;
+
+    auto& best = candidates_.front();
+    const auto fit = settle(best, 1, problem_.voxel, 15);
+    look_at(best, 1);
+    const auto agreeing = std::ssize(best.pairs.members);
+    const double contradicted = best.surface.contradicted_share();
+    const bool is_confirmed =
+        agreeing >= enough_pairs ||
+        (source.seen && target.seen && agreeing >= enough_pairs_seen && contradicted <= confirmed);
+    result.status = is_confirmed && !has_rival() ? global_status::unique : global_status::ambiguous;
+    if (is_seen && contradicted > most_contradicted) {
+      result.status = global_status::too_few;
+      return;
+    }
+    finish(result, fit);
+  }
+
+  /// Whether another candidate is nearly as good as the best one.
+  [[nodiscard]] bool has_rival() const {
+    return candidates_.size() > 1 && candidates_[1].score > rival_share * candidates_[0].score;
+  }
+
+  /// Refines a candidate on every `step`-th point of the source.
+  alignment_fit settle(judged<D>& one, index_t step, double max_distance, int iterations) const {
+    const auto &source = *problem_.source, &target = *problem_.target;
+    point_matrix<double, D> points, normals;
+    const auto some = [&](const point_matrix<double, D>& all) {
+      return Eigen::Map<const point_matrix<double, D>, 0, Eigen::OuterStride<>>{
+          all.data(), D, (all.cols() + step - 1) / step, Eigen::OuterStride<>{D * step}};
+    };
+    auto found = align(oriented_points_view<double, D>{some(source.points), some(source.normals)},
+                       oriented_points_view<double, D>{target.points, target.normals},
+                       {.metric = generalized_icp{},
+                        .initial = make_transform<rigid_transform<double, D>>(
+                            one.proposal.rotation, one.proposal.translation),
+                        .max_distance = max_distance,
+                        .max_iterations = iterations,
+                        .tolerance = 1e-3 * problem_.voxel,
+                        .robust = huber{0.2 * problem_.voxel},
+                        .threads = options_.threads,
+                        .monitor = {{}, options_.monitor.stop}});
+    if (found.status == icp_status::cancelled) throw cancelled{};
+    if (found.status != icp_status::too_few_pairs) {
+      one.proposal.rotation = found.transform.linear();
+      // The source is centred, so that turning it back to the vertical moves it least.
+      if (pairs_.up) one.proposal.rotation = rotation_of<D>(one.proposal.rotation, pairs_.up);
+      one.proposal.translation = found.transform.translation();
+      one.pairs = agreeing_pairs(pairs_, one.proposal);
+    }
+    return found;
+  }
+
+  /// From the coordinates of the source to those of the target, as they were given.
+  [[nodiscard]] rigid_transform<double, D> absolute(const pair_proposal<D>& proposal) const {
+    return make_transform<rigid_transform<double, D>>(
+        proposal.rotation,
+        (proposal.translation + problem_.target_center - proposal.rotation * problem_.source_center)
+            .eval());
+  }
+
+  struct known_pairs {
+    point_matrix<double, D> source, target;
+    correspondences<double> pairs;
+  };
+  /// The pairs that agree with a candidate, in the coordinates that were given.
+  [[nodiscard]] known_pairs agreeing_points(const judged<D>& one) const {
+    known_pairs found;
+    const auto count = std::ssize(one.pairs.members);
+    found.source.resize(D, count);
+    found.target.resize(D, count);
+    for (index_t k = 0; k < count; ++k) {
+      found.source.col(k) = pairs_.source.col(one.pairs.members[k]) + problem_.source_center;
+      found.target.col(k) = pairs_.target.col(one.pairs.members[k]) + problem_.target_center;
+      found.pairs.push_back({static_cast<std::int32_t>(k), static_cast<std::int32_t>(k), 0});
+    }
+    return found;
+  }
+
+  void finish(found_globally& result, const alignment_fit& fit) const {
+    static_cast<alignment_fit&>(result) = fit;
+    if (fix_no_rotation<D>(pairs_, candidates_.front().pairs.members) ||
+        (result.status == global_status::unique && fit.undetermined > 0))
+      result.status = global_status::degenerate;
+    for (const auto i : candidates_.front().pairs.members)
+      result.inliers.push_back(problem_.given[pairs_.numbers[i]]);
+    for (const auto& one : candidates_) {
+      const auto map = absolute(one.proposal);
+      result.candidates.push_back({map.linear(), map.translation(), std::ssize(one.pairs.members),
+                                   one.surface.overlap(), one.surface.contradicted_share(),
+                                   one.score});
+    }
+  }
+
+  const global_problem<D>& problem_;
+  const putative_pairs<D>& pairs_;
+  const global_options& options_;
+  std::vector<judged<D>> candidates_;
+};
+
+template <int D>
+std::optional<point_vector<double, D>> vertical(const std::optional<coordinates>& up) {
+  if (!up) return std::nullopt;
+  expects(D == 3, "align_globally: .up is for three dimensions");
+  const auto direction =
+      up->as<double, D>(D, "align_globally: .up must have the dimension of the points");
+  expects(is_finite(direction) && direction.norm() > 0,
+          "align_globally: .up must be finite, and not zero");
+  return direction.normalized();
+}
+
+template <int D>
+putative_pairs<D> empty_pairs(const global_options& options, double voxel, bool oriented) {
+  putative_pairs<D> pairs;
+  pairs.max_distance = options.max_distance.value_or(2 * voxel);
+  pairs.oriented = oriented;
+  pairs.up = vertical<D>(options.up);
+  return pairs;
+}
+
+void expect_valid(const global_options& options) {
+  if (options.max_distance)
+    expects(*options.max_distance > 0 && std::isfinite(*options.max_distance),
+            "align_globally: max_distance must be positive and finite");
+}
+
+template <class F>
+found_globally unless_cancelled(F f) {
+  try {
+    return f();
+  } catch (const cancelled&) {
+    found_globally result;
+    result.status = global_status::cancelled;
+    return result;
+  }
+}
+
+template <int D>
+found_globally align_voxels(const voxel_surface<D>& source, const voxel_surface<D>& target,
+                            double voxel, bool oriented, const global_options& options) {
+  global_problem<D> problem;
+  problem.pairs = empty_pairs<D>(options, voxel, oriented);
+  problem.set_surfaces(source, target, voxel);
+  match_surfaces(problem, options);
+  return global_registration<D>{problem, options}.run();
+}
+
+template <Scalar S, int D>
+found_globally align_pairs(const global_input<S, D>& source, const global_input<S, D>& target,
+                           const index_list& sources, const index_list& targets,
+                           const global_options& options) {
+  global_problem<D> problem;
+  problem.pairs =
+      empty_pairs<D>(options, options.voxel,
+                     options.oriented || (options.source_viewpoint && options.target_viewpoint));
+  std::optional<voxel_surface<D>> moving, onto;
+  if (options.voxel > 0) {
+    moving = reduced_to_voxels(source, source_options(options));
+    onto = reduced_to_voxels(target, target_options(options));
+    problem.set_surfaces(*moving, *onto, options.voxel);
+  }
+  take_pairs(problem, source, target, sources, targets);
+  return global_registration<D>{problem, options}.run();
+}
+
+}  // namespace
+
+found_globally align_descriptions(const surface_description& source,
+                                  const surface_description& target,
+                                  const global_options& options) {
+  expect_valid(options);
+  expects(source.voxel == target.voxel,
+          "align_globally: source and target have been described with different voxels");
+  expects(source.oriented == target.oriented,
+          "align_globally: of source and target, only one has a viewpoint or oriented normals");
+  return unless_cancelled([&] {
+    if (source.flat && target.flat)
+      return align_voxels(*source.flat, *target.flat, source.voxel, source.oriented, options);
+    if (source.solid && target.solid)
+      return align_voxels(*source.solid, *target.solid, source.voxel, source.oriented, options);
+    // Without points, there is no dimension.
+    expects(voxels_of(source) == 0 || voxels_of(target) == 0,
+            "align_globally: source and target must have the same dimension");
+    return found_globally{};
+  });
+}
+
+template <Scalar S, int D>
+found_globally closed_align_globally(const global_input<S, D>& source,
+                                     const global_input<S, D>& target, const index_list& sources,
+                                     const index_list& targets, const global_options& options) {
+  expect_valid(options);
+  expects(options.voxel > 0 || options.max_distance,
+          "align_globally: from pairs alone, .max_distance is required: how far apart the points "
+          "of a right pair may be");
+  expects(options.voxel > 0 ||
+              (!options.source_viewpoint && !options.target_viewpoint && !options.normals),
+          "align_globally: viewpoints and normals need a .voxel");
+  expects(!options.features, "align_globally: .features has no effect if pairs are given");
+  return unless_cancelled([&] {
+    if constexpr (D != dynamic) {
+      return align_pairs(source, target, sources, targets, options);
+    } else {
+      const index_t d = std::max(source.points.dimension(), target.points.dimension());
+      expects(source.points.empty() || target.points.empty() ||
+                  source.points.dimension() == target.points.dimension(),
+              "align_globally: source and target must have the same dimension");
+      if (d == 2)
+        return align_pairs(fixed_input<2>(source), fixed_input<2>(target), sources, targets,
+                           options);
+      expects(d == 3 || (source.points.empty() && target.points.empty()),
+              "align_globally: points must have two or three dimensions");
+      return align_pairs(fixed_input<3>(source), fixed_input<3>(target), sources, targets, options);
+    }
+  });
+}
+
+surface_options source_options(const global_options& o) {
+  return {o.voxel, o.normals, o.features, o.oriented, o.source_viewpoint, o.threads, o.monitor};
+}
+surface_options target_options(const global_options& o) {
+  return {o.voxel, o.normals, o.features, o.oriented, o.target_viewpoint, o.threads, o.monitor};
+}
+void expect_no_surface_options(const global_options& options) {
+  expects(options.voxel == 0 && !options.normals && !options.features && !options.oriented &&
+              !options.source_viewpoint && !options.target_viewpoint,
+          "align_globally: voxel, normals, features, oriented and viewpoints are options of "
+          "describe_surface, which has been called already");
+}
+
+std::vector<pair_proposal<2>> any_pair_solver::propose(const putative_pairs<2>& pairs,
+                                                       const execution& how) const {
+  expects(flat_ != nullptr, "align_globally: the solver is not for two dimensions");
+  return flat_(pairs, how);
+}
+std::vector<pair_proposal<3>> any_pair_solver::propose(const putative_pairs<3>& pairs,
+                                                       const execution& how) const {
+  expects(solid_ != nullptr, "align_globally: the solver is not for three dimensions");
+  return solid_(pairs, how);
+}
+
+std::string_view to_string(global_status status) {
+  switch (status) {
+    case global_status::unique:
+      return "unique";
+    case global_status::ambiguous:
+      return "ambiguous";
+    case global_status::too_few:
+      return "too few";
+    case global_status::degenerate:
+      return "degenerate";
+    case global_status::cancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+std::ostream& operator<<(std::ostream& out, global_status status) {
+  return out << to_string(status);
+}
+void print_figures(std::ostream& out, global_status status, index_t inliers, index_t matches,
+                   std::size_t alternatives, const alignment_fit& fit) {
+  out << status << ", " << inliers << " of " << matches << " pairs agree, overlap " << fit.overlap
+      << ", rmse " << fit.rmse << ", " << alternatives << " alternatives";
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                            \
+  template found_globally closed_align_globally(const global_input<S, D>&,                    \
+                                                const global_input<S, D>&, const index_list&, \
+                                                const index_list&, const global_options&);
+CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

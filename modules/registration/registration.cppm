@@ -35,5 +35,7 @@ export import :align_step;
 export import :match_features;
 export import :putative_pairs;
 export import :pair_graph;
+export import :sampled_pairs;
+export import :graduated_pairs;
 export import :align_globally;
 export import :contract;

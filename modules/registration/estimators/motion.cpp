@@ -81,6 +81,18 @@ Eigen::MatrixXd velocity_field::recentering(const Eigen::VectorXd& center) const
   return solve_least_squares(around_center, around_origin).unknowns;
 }
 
+motion_step similarity_motion::step(const Eigen::VectorXd& unknowns, index_t dimension) {
+  const index_t rigid = rigid_motion::unknowns(dimension);
+  motion_step move = rigid_motion::step(unknowns.head(rigid), dimension);
+  move.linear *= std::exp(unknowns[rigid]);
+  return move;
+}
+
+Eigen::MatrixXd similarity_motion::normalize(const Eigen::MatrixXd& linear) {
+  const Eigen::MatrixXd rotation = nearest_rotation(linear);
+  return rotation.cwiseProduct(linear).sum() / double(linear.rows()) * rotation;
+}
+
 double rotation_angle(const Eigen::MatrixXd& linear) {
   const double difference =
       (linear - Eigen::MatrixXd::Identity(linear.rows(), linear.cols())).norm();

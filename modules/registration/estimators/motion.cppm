@@ -21,7 +21,7 @@ export using motion_step = affine_parts<double, dynamic>;
 /// any centre. All functions are pure; points are Eigen vectors of double of any type.
 /// `transform<S, D>` is the type of the resulting transform, `rigid_transform` or
 /// `affine_transform`.
-/// Models: `rigid_motion`, `affine_motion`; `check_motion_model` tests yours.
+/// Models: `rigid_motion`, `affine_motion`, `similarity_motion`; `check_motion_model` tests yours.
 export template <class P>
 concept MotionModel =
     requires(const P& model, index_t dimension, const Eigen::VectorXd& vector, double* row) {
@@ -86,7 +86,27 @@ export struct affine_motion {
   [[nodiscard]] static motion_step step(const Eigen::VectorXd& unknowns, index_t dimension);
 };
 
-static_assert(MotionModel<rigid_motion> && MotionModel<affine_motion>);
+/// Rotation, translation and a scale. The unknowns are those of `rigid_motion`, then the relative
+/// change of the scale. The transform is an affine one, whose linear part is a scaled rotation.
+export struct similarity_motion {
+  template <Scalar S, int D>
+  using transform = affine_transform<S, D>;
+
+  static constexpr index_t unknowns(index_t dimension) {
+    return rigid_motion::unknowns(dimension) + 1;
+  }
+  template <class V>
+  static void pull_back(const V& y, const V& g, double* row) {
+    rigid_motion::pull_back(y, g, row);
+    row[rigid_motion::unknowns(y.size())] = y.dot(g);
+  }
+  [[nodiscard]] static motion_step step(const Eigen::VectorXd& unknowns, index_t dimension);
+  /// The nearest rotation, times the scale that is nearest to the linear part.
+  [[nodiscard]] static Eigen::MatrixXd normalize(const Eigen::MatrixXd& linear);
+};
+
+static_assert(MotionModel<rigid_motion> && MotionModel<affine_motion> &&
+              MotionModel<similarity_motion>);
 
 /// The velocities at `y`, one column per unknown.
 template <MotionModel P>

@@ -34,6 +34,9 @@ constexpr std::size_t most_compared = 24, most_refined = 8;
 constexpr index_t enough_pairs = 30, enough_pairs_seen = 8;
 /// What is contradicted more is wrong; what is contradicted less is confirmed.
 constexpr double most_contradicted = 0.03, confirmed = 0.01;
+/// By pairs alone, what chance would give less often than in one of 10 to the power of this many
+/// cases is no chance.
+constexpr double least_significance = 4;
 /// A candidate whose score is this share of the best one's might be the right one.
 constexpr double rival_share = 0.8;
 
@@ -57,7 +60,7 @@ class displacement {
                     double(points.cols())} {}
 
   [[nodiscard]] double between(const pair_proposal<D>& a, const pair_proposal<D>& b) const {
-    const Eigen::Matrix<double, D, D> turn = a.rotation - b.rotation;
+    const Eigen::Matrix<double, D, D> turn = a.linear() - b.linear();
     const point_vector<double, D> shift = turn * mean_ + a.translation - b.translation;
     return std::sqrt(shift.squaredNorm() + (turn * covariance_ * turn.transpose()).trace());
   }
@@ -190,11 +193,17 @@ class global_registration {
   /// The candidates that the pairs suggest, different ones, the best one first.
   void propose() {
     const execution how{options_.threads, {{}, options_.monitor.stop}};
+    putative_pairs<D> some = pairs_.size() <= most_graph_pairs ? pairs_ : thinned();
+    some.any_scale = false;
     std::vector<pair_proposal<D>> proposals;
-    if (pairs_.size() <= most_graph_pairs)
-      proposals = options_.solver.propose(pairs_, how);
-    else
-      proposals = options_.solver.propose(thinned(), how);
+    for (const double scale : scales()) {
+      some.source *= scale;
+      for (auto& proposal : options_.solver.propose(some, how)) {
+        proposal.scale *= scale;
+        proposals.push_back(proposal);
+      }
+      some.source /= scale;
+    }
     std::vector<judged<D>> all(proposals.size());
     parallel_blocks(std::ssize(all), 1, how, [&](index_t k, index_t, index_t) {
       auto [proposal, agree] = refined<D>(pairs_, proposals[k]);
@@ -202,6 +211,18 @@ class global_registration {
       all[k].score = all[k].pairs.score;
     });
     keep_different(all);
+  }
+
+  /// Scales so close to each other that at one of them right pairs stay within `max_distance`.
+  [[nodiscard]] std::vector<double> scales() const {
+    if (!pairs_.any_scale || pairs_.size() == 0) return {1};
+    const double extent = std::sqrt(pairs_.target.squaredNorm() / double(pairs_.size()));
+    const double step = 1 + std::clamp(pairs_.max_distance / extent, 0.005, 0.5);
+    std::vector<double> all;
+    for (double scale = options_.scales->smallest; scale < options_.scales->largest; scale *= step)
+      all.push_back(scale);
+    all.push_back(options_.scales->largest);
+    return all;
   }
 
   [[nodiscard]] putative_pairs<D> thinned() const {
@@ -239,14 +260,24 @@ class global_registration {
     if (candidates_.empty()) return;
     const double chance = agreeing_by_chance(candidates_.front().proposal);
     std::erase_if(candidates_, [&](const judged<D>& one) {
-      return significance(std::ssize(one.pairs.members), pairs_.size(), D, chance) < 2;
+      return significance(std::ssize(one.pairs.members), pairs_.size(), D, chance) <
+             least_significance;
     });
     if (candidates_.empty()) return;
     result.status = has_rival() ? global_status::ambiguous : global_status::unique;
     const known_pairs fit = agreeing_points(candidates_.front());
     const known_pairs_searcher searcher{fit.source, fit.target, fit.pairs};
-    const point_to_point_estimator<double, D, rigid_motion> estimator{fit.source, fit.target};
-    finish(result, evaluate(searcher, estimator, absolute(candidates_.front().proposal)));
+    const auto map = absolute(candidates_.front().proposal);
+    if (pairs_.any_scale) {
+      const least_squares_estimator<double, D, point_to_point, similarity_motion> estimator{
+          fit.source, fit.target};
+      finish(result, evaluate(searcher, estimator, map));
+    } else {
+      const point_to_point_estimator<double, D> estimator{fit.source, fit.target};
+      finish(result,
+             evaluate(searcher, estimator,
+                      make_transform<rigid_transform<double, D>>(map.linear(), map.translation())));
+    }
   }
 
   /// The share of random pairings that agree with a transform.
@@ -257,7 +288,7 @@ class global_registration {
     for (index_t k = 0; k < looked_at; ++k) {
       const index_t i = k * pairs_.size() / looked_at;
       const point_vector<double, D> place =
-          proposal.rotation * pairs_.source.col(i) + proposal.translation;
+          proposal.linear() * pairs_.source.col(i) + proposal.translation;
       for (index_t j = 0; j < pairs_.size(); ++j) {
         if (i == j) continue;
         ++all;
@@ -289,7 +320,8 @@ class global_registration {
       std::erase_if(all, [](const judged<D>& one) {
         return one.surface.contradicted_share() > most_contradicted;
       });
-    std::erase_if(all, [](const judged<D>& one) { return std::ssize(one.pairs.members) < D + 1; });
+    const index_t least = is_seen ? D + 1 : enough_pairs_seen;
+    std::erase_if(all, [&](const judged<D>& one) { return std::ssize(one.pairs.members) < least; });
     keep_different(all);
     if (candidates_.empty()) return;
 
@@ -345,10 +377,10 @@ class global_registration {
   }
 
   /// From the coordinates of the source to those of the target, as they were given.
-  [[nodiscard]] rigid_transform<double, D> absolute(const pair_proposal<D>& proposal) const {
-    return make_transform<rigid_transform<double, D>>(
-        proposal.rotation,
-        (proposal.translation + problem_.target_center - proposal.rotation * problem_.source_center)
+  [[nodiscard]] affine_transform<double, D> absolute(const pair_proposal<D>& proposal) const {
+    return make_transform<affine_transform<double, D>>(
+        proposal.linear(),
+        (proposal.translation + problem_.target_center - proposal.linear() * problem_.source_center)
             .eval());
   }
 
@@ -408,10 +440,15 @@ putative_pairs<D> empty_pairs(const global_options& options, double voxel, bool 
   pairs.max_distance = options.max_distance.value_or(2 * voxel);
   pairs.oriented = oriented;
   pairs.up = vertical<D>(options.up);
+  pairs.any_scale = options.scales.has_value();
   return pairs;
 }
 
 void expect_valid(const global_options& options) {
+  if (options.scales)
+    expects(options.scales->smallest > 0 && options.scales->smallest <= options.scales->largest &&
+                std::isfinite(options.scales->largest),
+            "align_globally: scales must be positive, and the smallest one at most the largest");
   if (options.max_distance)
     expects(*options.max_distance > 0 && std::isfinite(*options.max_distance),
             "align_globally: max_distance must be positive and finite");
@@ -462,6 +499,7 @@ found_globally align_descriptions(const surface_description& source,
                                   const surface_description& target,
                                   const global_options& options) {
   expect_valid(options);
+  expect_scales(options, false);
   expects(source.voxel == target.voxel,
           "align_globally: source and target have been described with different voxels");
   expects(source.oriented == target.oriented,
@@ -513,6 +551,12 @@ surface_options source_options(const global_options& o) {
 }
 surface_options target_options(const global_options& o) {
   return {o.voxel, o.normals, o.features, o.oriented, o.target_viewpoint, o.threads, o.monitor};
+}
+void expect_scales(const global_options& options, bool are_searched) {
+  expects(options.scales.has_value() == are_searched,
+          "align_globally: .scales is for align_globally<similarity_motion>, which requires it");
+  expects(!are_searched || options.voxel == 0,
+          "align_globally<similarity_motion>: from pairs alone; there can be no .voxel");
 }
 void expect_no_surface_options(const global_options& options) {
   expects(options.voxel == 0 && !options.normals && !options.features && !options.oriented &&

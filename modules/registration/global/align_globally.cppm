@@ -67,6 +67,11 @@ std::ostream& operator<<(std::ostream& out, const global_result<T>& result) {
   return out;
 }
 
+/// Between which values a scale is searched.
+export struct scale_range {
+  double smallest, largest;
+};
+
 /// A `PairSolver` of any type, for both dimensions.
 export class any_pair_solver {
  public:
@@ -111,6 +116,9 @@ export struct global_options {
   /// The vertical in both sets, which the transform keeps, such as that of gravity; only its
   /// direction counts.
   std::optional<coordinates> up = {};
+  /// For `align_globally<similarity_motion>` only: how much larger the target may be. Required
+  /// there.
+  std::optional<scale_range> scales = {};
   any_pair_solver solver = pair_graph<>{};  ///< What proposes transforms from the pairs.
   int threads = 0;
   /// If a stop is requested, `align_globally` returns with the status `cancelled`.
@@ -173,7 +181,7 @@ class described_surface {
 /// Everything about a result that does not depend on the type of the transform.
 struct found_globally : alignment_fit {
   struct candidate {
-    Eigen::MatrixXd rotation;
+    Eigen::MatrixXd linear;
     Eigen::VectorXd translation;
     index_t inliers;
     double overlap, contradicted, score;
@@ -194,18 +202,19 @@ found_globally closed_align_globally(const global_input<S, D>& source,
 /// The part of the options that is about one set.
 [[nodiscard]] surface_options source_options(const global_options& options);
 [[nodiscard]] surface_options target_options(const global_options& options);
+/// Throws `invalid_input` unless scales are given where they are searched for.
+void expect_scales(const global_options& options, bool are_searched);
 /// Throws `invalid_input` for options that `describe_surface` has taken.
 void expect_no_surface_options(const global_options& options);
 
-template <Scalar S, int D>
+template <class T>
 [[nodiscard]] auto to_result(found_globally&& found, index_t dimension) {
-  using T = rigid_transform<S, D>;
   global_result<T> result;
   result.transform = identity_transform<T>(dimension);
   for (std::size_t i = 0; i < found.candidates.size(); ++i) {
     const auto& c = found.candidates[i];
-    const global_candidate<T> next{make_transform<T>(c.rotation, c.translation), c.inliers,
-                                   c.overlap, c.contradicted, c.score};
+    const global_candidate<T> next{make_transform<T>(c.linear, c.translation), c.inliers, c.overlap,
+                                   c.contradicted, c.score};
     if (i == 0) {
       result.transform = next.transform;
       result.contradicted = next.contradicted;
@@ -222,12 +231,11 @@ template <Scalar S, int D>
 }
 
 /// As `align` does: relative to the target's origin on both sides.
-template <Scalar S, int D>
+template <class T>
 [[nodiscard]] auto to_result(found_globally&& found, const Eigen::VectorXd& source_origin,
                              const Eigen::VectorXd& target_origin) {
-  using T = rigid_transform<S, D>;
   auto result =
-      to_result<S, D>(std::move(found), std::max(source_origin.size(), target_origin.size()));
+      to_result<T>(std::move(found), std::max(source_origin.size(), target_origin.size()));
   if (source_origin.size() == target_origin.size() && !result.inliers.empty()) {
     const Eigen::VectorXd shift = source_origin - target_origin;
     result.transform = after_shift<T>(result.transform, -shift);
@@ -257,8 +265,8 @@ export template <PointsSource A, PointsSource B>
   constexpr int C = closed_dimension<dimension_of<A>>;
   const auto moving = closed_describe(global_input_of<C>(source), source_options(options));
   const auto onto = closed_describe(global_input_of<C>(target), target_options(options));
-  return to_result<scalar_of<A>, dimension_of<A>>(align_descriptions(*moving, *onto, options),
-                                                  origin_in(source), origin_in(target));
+  return to_result<rigid_transform<scalar_of<A>, dimension_of<A>>>(
+      align_descriptions(*moving, *onto, options), origin_in(source), origin_in(target));
 }
 
 /// What `align_globally` computes of one set, once for all sets that it is aligned with. Throws as
@@ -277,29 +285,37 @@ export template <Scalar S, int D>
                                   const described_surface<S, D>& target,
                                   const global_options& options = {}) {
   expect_no_surface_options(options);
-  return to_result<S, D>(align_descriptions(*source.parts().all, *target.parts().all, options),
-                         source.parts().origin, target.parts().origin);
+  return to_result<rigid_transform<S, D>>(
+      align_descriptions(*source.parts().all, *target.parts().all, options), source.parts().origin,
+      target.parts().origin);
 }
 
 /// As above, from pairs of your own, most of which may be wrong: any range of pairs with members
 /// `source` and `target`, which are indices of points. If there is a `voxel`, transforms are
 /// refined and compared on all points, too; otherwise by the pairs alone, and `max_distance` is
 /// required. Throws `invalid_input` for an index that is not one of a point.
-export template <PointsSource A, PointsSource B, std::ranges::input_range R>
+///
+/// `align_globally<similarity_motion>(…)` finds a scale, too, between those of `options.scales`, by
+/// trying as many as `max_distance` calls for; not with a `voxel`. Its result is an affine
+/// transform.
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B,
+                 std::ranges::input_range R>
   requires std::same_as<points_view_of<A>, points_view_of<B>> &&
+           (std::same_as<Model, rigid_motion> || std::same_as<Model, similarity_motion>) &&
            requires(std::ranges::range_value_t<R> pair) {
              { pair.source } -> std::convertible_to<index_t>;
              { pair.target } -> std::convertible_to<index_t>;
            }
 [[nodiscard]] auto align_globally(const A& source, const B& target, const R& pairs,
                                   const global_options& options) {
+  expect_scales(options, std::same_as<Model, similarity_motion>);
   index_list sources, targets;
   for (const auto& pair : pairs) {
     sources.push_back(static_cast<std::int32_t>(pair.source));
     targets.push_back(static_cast<std::int32_t>(pair.target));
   }
   constexpr int C = closed_dimension<dimension_of<A>>;
-  return to_result<scalar_of<A>, dimension_of<A>>(
+  return to_result<transform_of<Model, scalar_of<A>, dimension_of<A>>>(
       closed_align_globally(global_input_of<C>(source), global_input_of<C>(target), sources,
                             targets, options),
       origin_in(source), origin_in(target));

@@ -39,19 +39,25 @@ struct pair_sums {
   Eigen::Matrix<double, D, D> cross = Eigen::Matrix<double, D, D>::Zero(),
                               spread = Eigen::Matrix<double, D, D>::Zero();
 
-  pair_sums(const putative_pairs<D>& pairs, std::span<const std::int32_t> members) {
-    for (const auto i : members) {
-      source += pairs.source.col(i);
-      target += pairs.target.col(i);
+  /// With a weight for each member, or none.
+  pair_sums(const putative_pairs<D>& pairs, std::span<const std::int32_t> members,
+            std::span<const double> weights = {}) {
+    const auto weight = [&](std::size_t k) { return weights.empty() ? 1 : weights[k]; };
+    double total = 0;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      source += weight(k) * pairs.source.col(members[k]);
+      target += weight(k) * pairs.target.col(members[k]);
+      total += weight(k);
     }
-    source /= double(members.size());
-    target /= double(members.size());
-    for (const auto i : members) {
-      const point_vector<double, D> s = pairs.source.col(i) - source;
-      cross += (pairs.target.col(i) - target) * s.transpose();
-      spread += s * s.transpose();
+    source /= total;
+    target /= total;
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      const point_vector<double, D> s = pairs.source.col(members[k]) - source;
+      cross += weight(k) * (pairs.target.col(members[k]) - target) * s.transpose();
+      spread += weight(k) * s * s.transpose();
     }
-    spread /= double(members.size());
+    cross /= total;
+    spread /= total;
   }
 };
 
@@ -71,18 +77,24 @@ bool fix_no_rotation(const putative_pairs<D>& pairs, std::span<const std::int32_
   return !(extents[pairs.up ? D - 1 : 1] > least * least);
 }
 
-/// The rigid transform with the least sum of squares over the pairs `members`, never a reflection.
-/// Where they do not fix the rotation, it turns as little as possible.
+/// The transform with the least sum of squares over the pairs `members`, with a scale if the pairs
+/// have any scale, and never a reflection. Where they do not fix the rotation, it turns as little
+/// as possible.
 /// Source: Umeyama 1991, "Least-squares estimation of transformation parameters".
 template <int D>
 std::optional<pair_proposal<D>> fit_pairs(const putative_pairs<D>& pairs,
-                                          std::span<const std::int32_t> members) {
+                                          std::span<const std::int32_t> members,
+                                          std::span<const double> weights = {}) {
   if (members.empty()) return std::nullopt;
-  const pair_sums<D> sums{pairs, members};
+  const pair_sums<D> sums{pairs, members, weights};
   if (!sums.cross.allFinite()) return std::nullopt;
   pair_proposal<D> found;
   found.rotation = rotation_of<D>(sums.cross, pairs.up);
-  found.translation = sums.target - found.rotation * sums.source;
+  if (pairs.any_scale) {
+    found.scale = found.rotation.cwiseProduct(sums.cross).sum() / sums.spread.trace();
+    if (!(found.scale > 0)) return std::nullopt;
+  }
+  found.translation = sums.target - found.linear() * sums.source;
   return found;
 }
 
@@ -95,9 +107,10 @@ template <int D>
 agreement agreeing_pairs(const putative_pairs<D>& pairs, const pair_proposal<D>& proposal) {
   agreement found;
   const double limit = pairs.max_distance * pairs.max_distance;
+  const Eigen::Matrix<double, D, D> linear = proposal.linear();
   for (index_t i = 0; i < pairs.size(); ++i) {
     const point_vector<double, D> off =
-        proposal.rotation * pairs.source.col(i) + proposal.translation - pairs.target.col(i);
+        linear * pairs.source.col(i) + proposal.translation - pairs.target.col(i);
     const double square = off.squaredNorm();
     if (!(square <= limit)) continue;
     if (pairs.has_normals()) {

@@ -30,6 +30,9 @@ struct putative_pairs {
   /// Of a right pair, the target point and the moved source point are at most this far apart.
   double max_distance;
   bool oriented = false;  ///< Whether the signs of normals mean something.
+  /// Whether the scale is unknown. Solvers find transforms without one: they are called for many
+  /// scales of the source.
+  bool any_scale = false;
   /// The direction that the transform keeps, of unit length, such as that of gravity; if any.
   std::optional<point_vector<double, D>> up = {};
 
@@ -106,11 +109,14 @@ export struct equal_lengths_and_angles {
 
 static_assert(PairInvariant<equal_lengths, 3> && PairInvariant<equal_lengths_and_angles, 2>);
 
-/// A transform that a `PairSolver` proposes.
+/// A transform that a `PairSolver` proposes: p ↦ scale · rotation · p + translation.
 export template <int D>
 struct pair_proposal {
-  Eigen::Matrix<double, D, D> rotation;
-  point_vector<double, D> translation;
+  Eigen::Matrix<double, D, D> rotation = Eigen::Matrix<double, D, D>::Identity();
+  point_vector<double, D> translation = point_vector<double, D>::Zero();
+  double scale = 1;  ///< Solvers leave it at 1.
+
+  [[nodiscard]] Eigen::Matrix<double, D, D> linear() const { return scale * rotation; }
 };
 
 /// Finds rigid transforms that many of the pairs agree with, without a start.
@@ -119,7 +125,7 @@ struct pair_proposal {
 /// coordinates of the pairs, in any order; none if it finds none. It proposes whatever may be
 /// right: they are then refined and compared by the pairs that agree, and, if there are clouds, by
 /// all of their points. Pure, and the same for any number of threads. Throws `cancelled`.
-/// Models: `pair_graph`, `sampled_pairs`, `graduated_pairs`.
+/// Models: `pair_graph`, `sampled_pairs`, `graduated_pairs`; `check_pair_solver` tests yours.
 export template <class T, int D>
 concept PairSolver =
     requires(const T& solver, const putative_pairs<D>& pairs, const execution& how) {

@@ -35,6 +35,8 @@ struct align_settings {
   std::string source, target, output, metric = "point-to-plane";
   result_drawings drawings;
   double voxel = 0, max_distance = std::numeric_limits<double>::infinity(), robust = 0;
+  double global = 0;
+  std::vector<double> viewpoint;
   int iterations = 50, threads = 0;
   index_t normals = 10;
   bool reciprocal = false, as_json = false, quiet = false;
@@ -53,6 +55,26 @@ align_options options_of(const align_settings& settings) {
                         .threads = settings.threads};
   if (settings.robust > 0) options.robust = huber{settings.robust};
   return options;
+}
+
+/// Where to start: from anywhere, if that is asked for. Adds what was found to `description`.
+template <class S>
+void start_globally(const align_settings& settings, const point_cloud<S, 3>& source,
+                    const point_cloud<S, 3>& target, align_options& options, json& description) {
+  global_options global{.voxel = settings.global, .threads = settings.threads};
+  if (!settings.viewpoint.empty())
+    global.source_viewpoint = global.target_viewpoint =
+        Eigen::Map<const Eigen::VectorXd>{settings.viewpoint.data(), 3};
+  const auto rough = align_globally(source, target, global);
+  description["global"] = {
+      {"status", to_string(rough.status)},  {"inliers", rough.inliers.size()},
+      {"matches", rough.matches},           {"overlap", rough.overlap},
+      {"contradicted", rough.contradicted}, {"alternatives", rough.alternatives.size()}};
+  if (rough.status == global_status::too_few)
+    throw std::runtime_error{
+        "no transform was found: nothing that both show is supported by more than chance; try "
+        "another --global"};
+  options.initial = rough.transform;
 }
 
 template <class S>
@@ -86,13 +108,16 @@ template <class S>
 void run(const align_settings& settings, const point_cloud<S, 3>& source,
          const point_cloud<S, 3>& target) {
   icp_result<isometry<S>> found;
+  json global = json::object();
   const auto aligned = [&] {
     progress_line line{"aligning", settings.quiet};
     auto options = options_of(settings);
+    if (settings.global > 0) start_globally(settings, source, target, options, global);
     options.monitor = line.monitor();
     return align_to(source, target, options, &found);
   }();
-  const auto description = describe(found, target);
+  auto description = describe(found, target);
+  description.update(global);
   if (settings.as_json)
     std::cout << description.dump(2) << '\n';
   else
@@ -119,6 +144,15 @@ void add_align(CLI::App& app) {
   command->add_option("--metric", settings->metric, "What is made small")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
+  auto* global = command->add_option(
+      "--global", settings->global,
+      "Begin from anywhere, by features of voxels with this edge, such as 0.05 m in a room");
+  global->check(CLI::PositiveNumber);
+  command
+      ->add_option("--viewpoint", settings->viewpoint,
+                   "With --global: x y z from where both were seen, each in its own coordinates")
+      ->expected(3)
+      ->needs(global);
   command->add_option("--voxel", settings->voxel, "Reduce both to one point a cell of this edge")
       ->check(CLI::NonNegativeNumber);
   command

@@ -15,11 +15,12 @@ import cilantro.eigen;
 namespace cilantro {
 namespace {
 
-/// The smallest variance, if each is at most the share `most_alike` of the next larger one;
-/// otherwise 0.
+/// The smallest variance, if each is at most the share `most_alike` of the next larger one, and it
+/// is more than rounding makes of points on a plane; otherwise 0.
 template <int D>
-double saliency(const Eigen::Matrix<double, D, D>& covariance, double most_alike) {
+double saliency(const Eigen::Matrix<double, D, D>& covariance, double most_alike, double rounding) {
   const auto variances = decompose_symmetric(covariance).values;
+  if (!(variances[0] > rounding * rounding + 1e-12 * variances[variances.size() - 1])) return 0;
   for (index_t d = 1; d < variances.size(); ++d)
     if (!(variances[d - 1] <= most_alike * variances[d])) return 0;
   return variances[0];
@@ -55,8 +56,11 @@ index_list closed_iss_keypoints(points_view<S, D> points, const iss_options& opt
   for_each_near(tree, points, options.radius, {}, how,
                 [&](index_t i, std::span<const std::int32_t> near) {
                   if (std::ssize(near) < options.min_neighbors) return;
-                  if (const auto found = mean_and_covariance(points, near))
-                    salient[i] = saliency<D>(found->covariance, options.most_alike);
+                  const auto found = mean_and_covariance(points, near);
+                  if (!found) return;
+                  const double rounding = 4 * double(std::numeric_limits<S>::epsilon()) *
+                                          double(found->mean.cwiseAbs().maxCoeff());
+                  salient[i] = saliency<D>(found->covariance, options.most_alike, rounding);
                 });
 
   std::vector<std::uint8_t> kept(salient.size());

@@ -73,7 +73,8 @@ template <Scalar S>
 struct candidate_list {
   using candidate = std::pair<S, std::int32_t>;
 
-  S limit = std::numeric_limits<S>::infinity(), doubt = 0;
+  // What is never found is infinitely long, and not below this.
+  S limit = std::numeric_limits<S>::max(), doubt = 0;
   std::vector<candidate> all;
 
   /// Drops what is certainly not among the `count` smallest; at least one.

@@ -167,8 +167,7 @@ double significance(index_t agreeing, index_t pairs, index_t sample, double by_c
   if (agreeing <= sample) return 0;
   const index_t rest = pairs - sample, more = agreeing - sample;
   // The largest term of the tail stands for all of it.
-  const double log_tail =
-      log_choose(rest, more) + double(more) * std::log10(std::max(by_chance, 1e-12));
+  const double log_tail = log_choose(rest, more) + double(more) * std::log10(by_chance);
   return -(log_choose(pairs, sample) + std::min(log_tail, 0.0));
 }
 
@@ -227,7 +226,7 @@ class global_registration {
 
   [[nodiscard]] putative_pairs<D> thinned() const {
     putative_pairs<D> some = pairs_;
-    const auto kept = uniform_indices(pairs_.size(), most_graph_pairs);
+    const auto kept = random_indices(pairs_.size(), most_graph_pairs);
     some.numbers.clear();
     resize(some, std::ssize(kept), pairs_.has_normals());
     for (index_t i = 0; i < std::ssize(kept); ++i) {
@@ -295,7 +294,7 @@ class global_registration {
         agreeing += (pairs_.target.col(j) - place).squaredNorm() <= limit;
       }
     }
-    return all > 0 ? double(agreeing) / double(all) : 1;
+    return double(agreeing + 1) / double(all + 1);
   }
 
   void judge_by_surfaces(found_globally& result) {
@@ -445,6 +444,7 @@ putative_pairs<D> empty_pairs(const global_options& options, double voxel, bool 
 }
 
 void expect_valid(const global_options& options) {
+  expect_between(0, options.voxel, std::numeric_limits<double>::max(), "align_globally: voxel");
   if (options.scales)
     expects(options.scales->smallest > 0 && options.scales->smallest <= options.scales->largest &&
                 std::isfinite(options.scales->largest),

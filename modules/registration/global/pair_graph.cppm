@@ -24,7 +24,7 @@ pair_row_writer row_writer(const putative_pairs<D>& pairs,
 /// Throws `invalid_input` unless there is a seed.
 void expect_seeds(int seeds);
 
-/// The most pairs of which a graph is made; of more, as many are taken at equal steps.
+/// The most pairs of which a graph is made; of more, as many are drawn at random.
 export inline constexpr index_t most_graph_pairs = 20000;
 
 /// Finds transforms in the graph that joins each two pairs which an invariant lets be right

@@ -56,7 +56,10 @@ index_list closed_iss_keypoints(points_view<S, D> points, const iss_options& opt
   for_each_near(tree, points, options.radius, {}, how,
                 [&](index_t i, std::span<const std::int32_t> near) {
                   if (std::ssize(near) < options.min_neighbors) return;
-                  const auto found = mean_and_covariance(points, near);
+                  // In one order, so that points with the same neighbours are equally salient.
+                  index_list members(near.begin(), near.end());
+                  std::ranges::sort(members);
+                  const auto found = mean_and_covariance(points, members);
                   if (!found) return;
                   const double rounding = 4 * double(std::numeric_limits<S>::epsilon()) *
                                           double(found->mean.cwiseAbs().maxCoeff());

@@ -31,4 +31,6 @@ export import :align_non_rigid;
 export import :evaluate;
 export import :align;
 export import :align_step;
+export import :pose_edge;
+export import :optimize_poses;
 export import :contract;

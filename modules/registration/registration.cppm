@@ -33,4 +33,5 @@ export import :align;
 export import :align_step;
 export import :pose_edge;
 export import :optimize_poses;
+export import :odometry;
 export import :contract;

@@ -74,7 +74,8 @@ struct odometry_state {
   pose last = pose::Identity();  ///< Of the latest frame, predicted if it was lost.
   pose last_tracked = pose::Identity();
   pose last_in_map = pose::Identity();
-  pose motion = pose::Identity();        ///< Between the last two frames.
+  pose motion = pose::Identity();        ///< Between the last two frames, if it is known.
+  bool was_lost = false;                 ///< Whether the latest frame was.
   double reach = 0;                      ///< Of the farthest point of any frame.
   std::optional<double> deviation = {};  ///< Mean square, of frames from their prediction.
 
@@ -117,7 +118,9 @@ odometry_frame<D> odometry_state<S, D>::add(const point_cloud<S, D>& frame) {
   odometry_frame<D> result{.pose = predicted};
   const auto lose = [&] {
     last = predicted;
+    motion = pose::Identity();
     result.status = odometry_status::lost;
+    was_lost = true;
     return result;
   };
   if (thinned.empty()) return lose();
@@ -155,7 +158,7 @@ odometry_frame<D> odometry_state<S, D>::add(const point_cloud<S, D>& frame) {
   const double away = 2 * farthest * std::sin(turned / 2) + moved;
   deviation = deviation ? 0.9 * *deviation + 0.1 * away * away : away * away;
   reach = farthest;
-  motion = last.inverse() * result.pose;
+  motion = std::exchange(was_lost, false) ? pose::Identity() : last.inverse() * result.pose;
   last = last_tracked = result.pose;
   const auto [turned_since, moved_since] = change_between(last_in_map, result.pose);
   result.is_in_map = result.status == odometry_status::tracked &&

@@ -76,8 +76,9 @@ struct odometry_state;
 /// Follows a sensor from scan to scan: aligns each frame to a map of those before it, and adds it
 /// to that map. For live use; `odometry` does it for a range of frames.
 ///
-/// The next pose is predicted by moving on as between the last two frames. Where that fails, the
-/// frame is looked for where the last one was that did not fail.
+/// The next pose is predicted by moving on as between the last two frames; behind a frame that is
+/// lost, by staying there. Where that fails, the frame is looked for where the last one was that
+/// was not lost.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)
 class odometry_tracker {

@@ -203,6 +203,18 @@ TEST_CASE("frames that are lost have a predicted pose and leave no trace in the 
   CHECK(empty.map.empty());
 }
 
+TEST_CASE("a frame from elsewhere in the room is not said to be tracked") {
+  for (const double voxel : {0.03, 0.05})
+    for (const int step : {10, 22, 32, 42, 62, 82, 102, 152}) {
+      odometry_tracker<double, 3> tracker{{.voxel = voxel}};
+      for (const int before : {0, 1, 2}) (void)tracker.add(room_frame<double>(before));
+      const auto found = tracker.add(room_frame<double>(step));
+      const double off = (room_pose(step).inverse() * found.pose).translation().norm();
+      CHECK((found.status == odometry_status::tracked) == (off < 0.01));
+      CHECK((step <= 22) == (found.status == odometry_status::tracked));
+    }
+}
+
 TEST_CASE("a corridor does not say how far along it a frame is") {
   const auto corridor = [](double from) {
     point_cloud<double, 3> cloud{.points = Eigen::Matrix3Xd(3, 4000)};

@@ -41,8 +41,10 @@ export struct odometry_options {
   /// A frame enters the map if less than this share of it lies on the map, or if it is this far, in
   /// voxels or degrees, from the last that did.
   double new_overlap = 0.9, new_voxels = 5, new_degrees = 5;
-  /// A frame of which a smaller share lies on the map, within three voxels, is lost.
-  double min_overlap = 0.5;
+  /// A frame of which a smaller share lies on the map, within three voxels, is lost. In a room,
+  /// with voxels of 3 and 5 cm, up to 0.65 was seen of frames that lie wrong, and 0.8 or more of
+  /// those that lie right; of coarser ones, also more of frames that lie wrong.
+  double min_overlap = 0.7;
   std::optional<any_transform> initial = {};  ///< The pose of the first frame, if not the identity.
   metric_choice metric = point_to_plane{};    ///< As in `align_options`.
   /// As in `align_options`; `geman_mcclure`, with a third of the distance within which points are

@@ -228,7 +228,7 @@ TEST_CASE("along a line, the error of a loop is shared by variances") {
   edges.push_back({.source = 3, .target = 0});
   edges.back().transform.translation().x() = 3.6;
   edges.back().information *= 2;
-  const auto found = optimize_poses(index_t(4), edges);
+  const auto found = optimize_poses(4, edges);
   CHECK(found.converged());
   // Variances are 1, 1/4, 1 and 1/2: of the 0.6, each takes its share of 2.75.
   CHECK(found.poses[1].translation().x() == doctest::Approx(1 + 0.6 / 2.75));
@@ -449,7 +449,7 @@ TEST_CASE("what align finds goes in as an edge, and what it does not see says no
   CHECK(edge.information.allFinite());
   CHECK((edge.information * found.unobservable_directions()).norm() <
         1e-9 * edge.information.norm());
-  const auto graph = optimize_poses(index_t(2), std::vector{edge});
+  const auto graph = optimize_poses(2, std::vector{edge});
   CHECK(graph.status == pose_graph_status::degenerate);
   CHECK(graph.undetermined == 3);
   CHECK(test::difference(graph.poses[1], found.transform) < 1e-12);
@@ -466,7 +466,7 @@ TEST_CASE("what align finds goes in as an edge, and what it does not see says no
   const auto few =
       pose_edge_of(seen, {.source = 0, .target = 1, .noise = 0.1, .independent_pairs = 50});
   CHECK((few.information * 10 - noisy.information).norm() < 1e-9 * noisy.information.norm());
-  CHECK(optimize_poses(index_t(2), std::vector{noisy}).converged());
+  CHECK(optimize_poses(2, std::vector{noisy}).converged());
 
   // No pairs, no information.
   auto far = surface;
@@ -539,7 +539,7 @@ TEST_CASE_TEMPLATE("small graphs", T, test::d2, test::d3) {
   std::vector<pose_edge<D>> two(2, {.source = 1, .target = 0});
   two[1].transform.translation()[0] = 1;
   two[1].information *= 3;
-  CHECK(optimize_poses(index_t(2), two).poses[1].translation()[0] == doctest::Approx(0.75));
+  CHECK(optimize_poses(2, two).poses[1].translation()[0] == doctest::Approx(0.75));
   // Far from the world's origin.
   const auto truth = random_poses<D>(5);
   auto away = truth;

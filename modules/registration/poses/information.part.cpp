@@ -23,7 +23,7 @@ struct information_content {
 template <int D>
 [[nodiscard]] information_content content_of(const pose_information<D>& information) {
   constexpr int u = pose_unknowns<D>;
-  constexpr double rounding = 1e-9, negligible = 1e-12;
+  constexpr double rounding = 1e-6, negligible = 1e-12;
   information_content content;
   if (!information.allFinite()) return content;
   const Eigen::Matrix<double, pose_unknowns<D>, 1> scale =

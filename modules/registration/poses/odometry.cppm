@@ -68,7 +68,8 @@ struct odometry_frame {
   odometry_status status = odometry_status::first;  ///< What became of it.
   bool is_in_map = false;                           ///< Whether its points were added to the map.
   double max_distance = 0;                          ///< Within which its points were paired.
-  /// How it lies on the map; of no pairs for the first frame.
+  /// How it lies on the map, with information about the origin of the map; of no pairs for the
+  /// first frame.
   alignment_fit fit;
 };
 

@@ -6,28 +6,11 @@
 #include <filesystem>
 #include <iostream>
 #include <string>
-#include <utility>
 #include <vector>
 
 import cilantro;
 import simulated_room;
 using namespace cilantro;
-
-/// Aligns each cloud to the one before it.
-struct odometry {
-  std::vector<Eigen::Isometry3d> trajectory = {};
-  point_cloud<double, 3> last = {};
-
-  void add(point_cloud<double, 3>& cloud) {
-    auto pose = Eigen::Isometry3d::Identity();
-    if (!trajectory.empty()) {
-      const auto found = align(cloud, last, {.scales = {{0.08, 0.3}, {0.04, 0.1}}});
-      pose = trajectory.back() * found.transform;
-    }
-    trajectory.push_back(pose);
-    last = std::move(cloud);
-  }
-};
 
 /// Six frames as files, and the poses they were taken from.
 std::vector<Eigen::Isometry3d> simulate_into(const std::filesystem::path& folder) {
@@ -56,17 +39,18 @@ int main(int argc, char** argv) {
   const auto read = [&](const auto& file) {
     return cloud_from_depth(read_depth_png(file), camera);
   };
-  const auto prepare = voxel_downsample(0.02) | estimate_normals(radius{0.06});
-  odometry way;
-  files | each(read) | each(prepare, {.ahead = 2}) | accumulate_into(way);
+  const auto prepare = remove_invalid() | voxel_downsample(0.01);
+  const auto path = files | each(read) | each(prepare, {.ahead = 2}) | odometry({.voxel = 0.02});
 
   double worst = 0;
-  for (std::size_t i = 0; i < way.trajectory.size(); ++i) {
-    std::cout << "frame " << i << " at " << way.trajectory[i].translation().transpose() << '\n';
+  for (std::size_t i = 0; i < path.frames.size(); ++i) {
+    const auto& frame = path.frames[i];
+    std::cout << "frame " << i << " is " << frame.status << ", at "
+              << frame.pose.translation().transpose() << '\n';
     if (!truth.empty())
-      worst = std::max(
-          worst,
-          (truth[0].inverse() * truth[i] * way.trajectory[i].inverse()).translation().norm());
+      worst = std::max(worst,
+                       (truth[0].inverse() * truth[i] * frame.pose.inverse()).translation().norm());
   }
-  return worst < 0.02 && way.trajectory.size() > 1 ? 0 : 1;
+  std::cout << path.map.size() << " points in the map\n";
+  return worst < 0.02 && path.frames.size() > 1 && path.lost().empty() ? 0 : 1;
 }

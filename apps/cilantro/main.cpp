@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|warp|segment|plane|hull|crop|picture|html|view: point clouds
-// on the command line. Ends with 0, with 1 if something failed, and with 2 if the command line
-// makes no sense.
+// cilantro info|convert|run|align|warp|odometry|segment|plane|hull|crop|picture|html|view: point
+// clouds on the command line. Ends with 0, with 1 if something failed, and with 2 if the command
+// line makes no sense.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
@@ -14,8 +14,9 @@
 import cilantro.core;
 
 int main(int argc, char** argv) {
-  CLI::App app{"Reads, converts, processes, aligns, bends, segments and draws point clouds.",
-               "cilantro"};
+  CLI::App app{
+      "Reads, converts, processes, aligns, bends, follows, segments and draws point clouds.",
+      "cilantro"};
   app.require_subcommand(1);
   app.set_version_flag("--version", [] {
     using cilantro::version;
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   add_run(app);
   add_align(app);
   add_warp(app);
+  add_odometry(app);
   add_segment(app);
   add_plane(app);
   add_hull(app);

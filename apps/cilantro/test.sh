@@ -191,6 +191,29 @@ expect 1 'picture' env -u DISPLAY -u WAYLAND_DISPLAY "$cilantro" view scan.ply -
 expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --size 0,10
 expect 2 'try --help' "$cilantro" picture scan.ply -o seen.png --up 0,0,1
 
+# An odometry: a scan that moves a centimetre at a time, and once out of sight.
+"$cilantro" convert scan.ply at.xyz --quiet
+for step in 0 1 2 3; do awk -v s="$step" '/^#/ {next} {print $1 + 0.01 * s, $2, $3 - 0.005 * s}' at.xyz > step$step.xyz; done
+awk '/^#/ {next} {print $1 + 50, $2, $3}' at.xyz > step9.xyz
+expect 0 'step3.xyz: tracked at -0.0' "$cilantro" odometry step0.xyz step1.xyz step2.xyz step3.xyz --voxel 0.03 --map way.ply --poses way.txt --picture way.png
+[ "$(wc -l < way.txt)" = 4 ] || fail 'there is not one pose a frame'
+expect 0 'points: ' "$cilantro" info way.ply
+head -c 4 way.png | grep -q PNG || fail 'the picture is no PNG file'
+"$cilantro" odometry step0.xyz step1.xyz step9.xyz step2.xyz --voxel 0.03 --json --threads 1 | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert [frame["status"] for frame in found["frames"]] == ["first", "tracked", "lost", "tracked"], found
+assert found["lost"] == 1 and found["map_points"] > 1000, found
+for frame, step in zip(found["frames"], (0, 1, None, 2)):
+    if step is not None:
+        way = [row[3] for row in frame["pose"]][:3]
+        assert all(abs(a + step * b) < 2e-3 for a, b in zip(way, (0.01, 0, -0.005))), frame'
+expect 1 'no frame lies on the map' "$cilantro" odometry step0.xyz step9.xyz --voxel 0.03
+expect 1 'missing.ply: cannot be read' "$cilantro" odometry step0.xyz missing.ply --voxel 0.03
+expect 2 'required' "$cilantro" odometry step0.xyz
+expect 2 'try --help' "$cilantro" odometry step0.xyz --voxel -1
+expect 2 'try --help' "$cilantro" odometry step0.xyz --voxel 1 --min-overlap 2
+
 # Hulls.
 "$cilantro" hull plane.xyz -o corners.xyz --json | python3 -c '
 import json, sys

@@ -14,7 +14,7 @@ import cilantro;
 using namespace cilantro;
 
 /// The unknowns of `rigid_motion`, then the logarithm of the scale.
-struct similarity_motion {
+struct growing_motion {
   template <Scalar S, int D>
   using transform = affine_transform<S, D>;
 
@@ -30,7 +30,7 @@ struct similarity_motion {
     return rigid;
   }
 };
-static_assert(MotionModel<similarity_motion>);
+static_assert(MotionModel<growing_motion>);
 
 /// A fruit with bumps, of as many points as you like, evenly spread.
 Eigen::Matrix3Xd fruit(index_t count) {
@@ -58,7 +58,7 @@ Eigen::Vector3d grown(const Eigen::Vector3d& p) {
 }
 
 int main() {
-  const auto violations = check_motion_model(similarity_motion{}, 3);
+  const auto violations = check_motion_model(growing_motion{}, 3);
   for (const auto& violation : violations) std::cout << violation << '\n';
 
   const Eigen::Matrix3Xd source = fruit(3000);
@@ -83,7 +83,7 @@ int main() {
     return std::pair{std::move(found), error};
   };
   const auto [rigid, rigid_error] = bend("rigid nodes", rigid_motion{});
-  const auto [found, error] = bend("nodes that grow", similarity_motion{});
+  const auto [found, error] = bend("nodes that grow", growing_motion{});
 
   double worst = 0;
   for (index_t k = 0; k < graph.nodes().size(); ++k) {

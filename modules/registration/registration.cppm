@@ -38,6 +38,7 @@ export import :pair_graph;
 export import :sampled_pairs;
 export import :graduated_pairs;
 export import :align_globally;
+export import :certify;
 export import :pose_edge;
 export import :optimize_poses;
 export import :odometry;

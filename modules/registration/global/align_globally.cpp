@@ -337,7 +337,17 @@ class global_registration {
       result.status = global_status::too_few;
       return;
     }
-    finish(result, fit);
+    finish(result, around_origin(fit));
+  }
+
+  /// A fit around the centre of the target, as one around the origin of its coordinates.
+  [[nodiscard]] alignment_fit around_origin(alignment_fit fit) const {
+    if (fit.information.size() == 0) return fit;
+    const Eigen::MatrixXd to_center =
+        velocities_of(rigid_motion{}, D).recentering(problem_.target_center);
+    fit.information = (to_center.transpose() * fit.information * to_center).eval();
+    if (const auto motions = solve(to_center, fit.directions)) fit.directions = *motions;
+    return fit;
   }
 
   /// Whether another candidate is nearly as good as the best one.

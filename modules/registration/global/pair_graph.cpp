@@ -18,15 +18,11 @@ module;
 module cilantro.registration;
 
 import cilantro.eigen;
+import :bit_graph;
 import :pair_fit;
 
 namespace cilantro {
 namespace {
-
-const detail::pair_graph& kernels() {
-  return *detail::for_target(static_cast<int>(current_vector_target()),
-                             []<detail::kernel_target V> { return &detail::pair_graph_in<V>(); });
-}
 
 /// Edges that are looked at to find out how much a pair counts.
 constexpr index_t most_edges = 128;
@@ -74,74 +70,35 @@ struct pair_columns {
 pair_row_writer writer_of(pair_columns columns) {
   return [columns = std::make_shared<const pair_columns>(std::move(columns))](
              index_t i, std::span<std::uint64_t> row) {
-    kernels().row(columns->list, columns->limits, i, std::ssize(row), row.data());
+    pair_kernels().row(columns->list, columns->limits, i, std::ssize(row), row.data());
   };
 }
 
-/// Which pairs can be right together, as rows of bits.
-class compatibility {
- public:
-  compatibility(index_t pairs, const pair_row_writer& write_row, const execution& how)
-      : pairs_{pairs}, words_{(pairs + 63) / 64}, bits_(static_cast<std::size_t>(pairs * words_)) {
-    parallel_blocks(pairs, 16, how, [&](index_t, index_t begin, index_t end) {
-      for (index_t i = begin; i < end; ++i) {
-        const std::span all{bits_.data() + i * words_, static_cast<std::size_t>(words_)};
-        write_row(i, all);
-        all[i / 64] &= ~(std::uint64_t{1} << (i % 64));
-      }
-    });
-  }
+/// How much a pair counts: the neighbours that it shares with its neighbours, all together, of
+/// which it looks at some.
+double importance_of(const bit_graph& graph, index_t i) {
+  const auto near = graph.neighbors(i);
+  const index_t looked_at = std::min(std::ssize(near), most_edges);
+  if (looked_at == 0) return 0;
+  std::int64_t sum = 0;
+  for (index_t k = 0; k < looked_at; ++k)
+    sum += graph.shared(i, near[k * std::ssize(near) / looked_at]);
+  return double(sum) * double(near.size()) / double(looked_at);
+}
 
-  [[nodiscard]] index_t pairs() const { return pairs_; }
-  [[nodiscard]] index_t words() const { return words_; }
-  [[nodiscard]] const std::uint64_t* row(index_t i) const { return bits_.data() + i * words_; }
-
-  [[nodiscard]] index_list neighbors(index_t i) const {
-    index_list all;
-    for (index_t w = 0; w < words_; ++w)
-      for (std::uint64_t rest = row(i)[w]; rest != 0; rest &= rest - 1)
-        all.push_back(static_cast<std::int32_t>(w * 64 + std::countr_zero(rest)));
-    return all;
-  }
-  /// How many pairs can be right together with both.
-  [[nodiscard]] std::int64_t shared(index_t i, index_t j) const {
-    return kernels().shared(row(i), row(j), words_);
-  }
-
-  /// How much a pair counts: the neighbours that it shares with its neighbours, all together, of
-  /// which it looks at some.
-  [[nodiscard]] double importance(index_t i) const {
-    const auto near = neighbors(i);
-    const index_t looked_at = std::min(std::ssize(near), most_edges);
-    if (looked_at == 0) return 0;
-    std::int64_t sum = 0;
-    for (index_t k = 0; k < looked_at; ++k)
-      sum += shared(i, near[k * std::ssize(near) / looked_at]);
-    return double(sum) * double(near.size()) / double(looked_at);
-  }
-
-  /// A clique around a pair, of those that share most neighbours with it.
-  [[nodiscard]] index_list clique(index_t seed) const {
-    const auto near = neighbors(seed);
-    std::vector<std::pair<std::int64_t, std::int32_t>> by_shared;
-    by_shared.reserve(near.size());
-    for (const auto j : near) by_shared.push_back({-shared(seed, j), j});
-    std::ranges::sort(by_shared);
-    index_list members{static_cast<std::int32_t>(seed)};
-    std::vector<std::uint64_t> open(row(seed), row(seed) + words_);
-    for (const auto& [count, j] : by_shared) {
-      if (!(open[j / 64] >> (j % 64) & 1)) continue;
+/// A clique around a pair, of those that share most neighbours with it.
+index_list clique_around(const bit_graph& graph, index_t seed) {
+  std::vector<std::pair<std::int64_t, std::int32_t>> by_shared;
+  for (const auto j : graph.neighbors(seed)) by_shared.push_back({-graph.shared(seed, j), j});
+  std::ranges::sort(by_shared);
+  index_list members{static_cast<std::int32_t>(seed)};
+  for (const auto& [count, j] : by_shared) {
+    if (std::ssize(members) == largest_clique) break;
+    if (std::ranges::all_of(members, [&](auto m) { return m == seed || graph.has_edge(m, j); }))
       members.push_back(j);
-      if (std::ssize(members) == largest_clique) break;
-      for (index_t w = 0; w < words_; ++w) open[w] &= row(j)[w];
-    }
-    return members;
   }
-
- private:
-  index_t pairs_, words_;
-  std::vector<std::uint64_t> bits_;
-};
+  return members;
+}
 
 }  // namespace
 
@@ -161,12 +118,12 @@ pair_row_writer row_writer(const putative_pairs<D>& pairs,
 
 template <int D>
 std::vector<pair_proposal<D>> propose_by_graph(const putative_pairs<D>& pairs,
-                                               const pair_row_writer& write_row, int seeds,
+                                               const pair_row_writer& write_row, const int& seeds,
                                                const execution& how) {
-  const compatibility graph{pairs.size(), write_row, how};
-  std::vector<double> importance(static_cast<std::size_t>(graph.pairs()));
-  parallel_blocks(graph.pairs(), 16, {.threads = how.threads}, [&](index_t, index_t b, index_t e) {
-    for (index_t i = b; i < e; ++i) importance[i] = graph.importance(i);
+  const bit_graph graph{pairs.size(), write_row, how};
+  std::vector<double> importance(static_cast<std::size_t>(graph.nodes()));
+  parallel_blocks(graph.nodes(), 16, {.threads = how.threads}, [&](index_t, index_t b, index_t e) {
+    for (index_t i = b; i < e; ++i) importance[i] = importance_of(graph, i);
   });
   index_list order(importance.size());
   std::iota(order.begin(), order.end(), 0);
@@ -184,7 +141,7 @@ std::vector<pair_proposal<D>> propose_by_graph(const putative_pairs<D>& pairs,
     std::vector<std::optional<std::pair<pair_proposal<D>, agreement>>> found(some.size());
     parallel_blocks(std::ssize(some), 1, {.threads = how.threads},
                     [&](index_t k, index_t, index_t) {
-                      const auto members = graph.clique(some[k]);
+                      const auto members = clique_around(graph, some[k]);
                       if (std::ssize(members) < D) return;
                       if (const auto proposal = fit_pairs<D>(pairs, members))
                         found[k] = refined<D>(pairs, *proposal);
@@ -204,7 +161,7 @@ std::vector<pair_proposal<D>> propose_by_graph(const putative_pairs<D>& pairs,
   template pair_row_writer row_writer<D>(const putative_pairs<D>&,                        \
                                          const equal_lengths_and_angles&);                \
   template std::vector<pair_proposal<D>> propose_by_graph<D>(                             \
-      const putative_pairs<D>&, const pair_row_writer&, int, const execution&);
+      const putative_pairs<D>&, const pair_row_writer&, const int&, const execution&);
 CILANTRO_INSTANTIATE(2)
 CILANTRO_INSTANTIATE(3)
 #undef CILANTRO_INSTANTIATE

@@ -13,7 +13,7 @@ using pair_row_writer = std::function<void(index_t pair, std::span<std::uint64_t
 
 template <int D>
 std::vector<pair_proposal<D>> propose_by_graph(const putative_pairs<D>& pairs,
-                                               const pair_row_writer& write_row, int seeds,
+                                               const pair_row_writer& write_row, const int& seeds,
                                                const execution& how);
 /// The rows of the library's own invariants, many pairs at a time.
 template <int D>

@@ -311,6 +311,28 @@ void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) 
   report_pose(state, pair, [&](int i, int k) { return double(found.matrix()(i, k)); });
 }
 
+/// With the gradients of the colours.
+void icp_colored(benchmark::State& state, const registration_pair& pair) {
+  using matrix = Eigen::Map<const Eigen::Matrix3Xf>;
+  const auto matrix_of = [](const std::vector<float>& all) {
+    return matrix{all.data(), 3, std::ssize(all) / 3};
+  };
+  const point_cloud<float, 3> source{.points = matrix_of(pair.source),
+                                     .colors = matrix_of(pair.source_colors)},
+      target{.points = matrix_of(pair.target),
+             .normals = matrix_of(pair.target_normals),
+             .colors = matrix_of(pair.target_colors)};
+  Eigen::Isometry3f found;
+  for (auto _ : state)
+    found = align(source, target,
+                  {.metric = colored{},
+                   .max_distance = pair.max_distance,
+                   .max_iterations = pair.iterations,
+                   .tolerance = 0})
+                .transform;
+  report_pose(state, pair, [&](int i, int k) { return double(found.matrix()(i, k)); });
+}
+
 void depth_to_points(benchmark::State& state) {
   const pinhole_camera<float> camera{image_width,  image_height,    focal_length,
                                      focal_length, image_width / 2, image_height / 2};
@@ -363,5 +385,5 @@ CILANTRO_BENCHMARK(pcd_write);
 
 int main(int argc, char** argv) {
   benchmark::AddCustomContext("vector_target", std::string{name_of(current_vector_target())});
-  return run_benchmarks(argc, argv, icp_point_to_plane);
+  return run_benchmarks(argc, argv, icp_point_to_plane, icp_colored);
 }

@@ -88,12 +88,14 @@ inline const std::vector<std::uint16_t>& depth_image() {
   return pixels;
 }
 
-/// Two scans to be aligned by point-to-plane ICP: coordinates of one point after another.
+/// Two scans to be aligned by point-to-plane ICP: coordinates of one point after another. Some have
+/// colours, too.
 struct registration_pair {
   std::string name;
   double max_distance = 0;
   int iterations = 0;
-  std::vector<float> source, target, target_normals;
+  bool has_colors = false;
+  std::vector<float> source, target, target_normals, source_colors, target_colors;
   std::array<double, 16> truth = {};  ///< From the source to the target, row by row.
 };
 
@@ -101,12 +103,18 @@ inline const std::vector<registration_pair>& registration_pairs() {
   static const std::vector<registration_pair> pairs = [] {
     std::vector<registration_pair> all;
     std::ifstream in{data_path("pairs.txt")};
-    for (registration_pair pair; in >> pair.name >> pair.max_distance >> pair.iterations;) {
+    for (registration_pair pair;
+         in >> pair.name >> pair.max_distance >> pair.iterations >> pair.has_colors;) {
       for (double& x : pair.truth) in >> x;
       pair.source = read_floats((pair.name + "_source.f32").c_str());
       pair.target = read_floats((pair.name + "_target.f32").c_str());
       pair.target_normals = read_floats((pair.name + "_normals.f32").c_str());
+      if (pair.has_colors) {
+        pair.source_colors = read_floats((pair.name + "_source_colors.f32").c_str());
+        pair.target_colors = read_floats((pair.name + "_target_colors.f32").c_str());
+      }
       all.push_back(pair);
+      pair = {};
     }
     return all;
   }();
@@ -199,22 +207,25 @@ void report_pose(benchmark::State& state, const registration_pair& pair, At at) 
   state.counters["error_deg"] = 2 * std::asin(std::sqrt(turned / 8)) * 180 / 3.14159265358979;
 }
 
-/// A benchmark `icp_NAME` for each pair of scans.
-template <class F>
-void register_icp(F run) {
-  for (const auto& pair : registration_pairs())
-    benchmark::RegisterBenchmark(("icp_" + pair.name).c_str(),
-                                 [run, &pair](benchmark::State& state) { run(state, pair); })
-        ->Unit(benchmark::kMillisecond)
-        ->UseRealTime()
-        ->MeasureProcessCPUTime();
+using registration_benchmark = void(benchmark::State& state, const registration_pair& pair);
+
+inline void register_icp(const std::string& name, registration_benchmark* run,
+                         const registration_pair& pair) {
+  benchmark::RegisterBenchmark((name + pair.name).c_str(),
+                               [run, &pair](benchmark::State& state) { run(state, pair); })
+      ->Unit(benchmark::kMillisecond)
+      ->UseRealTime()
+      ->MeasureProcessCPUTime();
 }
 
-/// In place of BENCHMARK_MAIN, since pairs are known at run time.
-template <class F>
-int run_benchmarks(int argc, char** argv, F icp) {
+/// In place of BENCHMARK_MAIN, since pairs are known at run time: a benchmark `icp_NAME` for each
+/// pair of scans, and `colored_icp_NAME` for each with colours.
+inline int run_benchmarks(int argc, char** argv, registration_benchmark* icp,
+                          registration_benchmark* colored_icp = nullptr) {
   benchmark::Initialize(&argc, argv);
-  register_icp(icp);
+  for (const auto& pair : registration_pairs()) register_icp("icp_", icp, pair);
+  for (const auto& pair : registration_pairs())
+    if (colored_icp && pair.has_colors) register_icp("colored_icp_", colored_icp, pair);
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

@@ -67,8 +67,8 @@ def is_equal(by_library, library):
 def points_of(task, points, folder):
     """The name and the number of points of what a task works on."""
     name = "large" if task.startswith(("segment", "large", "picture", "page", "spacing")) else points
-    if task.startswith("icp_"):
-        name = task.removeprefix("icp_") + "_source"
+    if task.startswith(("icp_", "colored_icp_")):
+        name = task.removeprefix("colored_").removeprefix("icp_") + "_source"
     path = folder / f"{name}.f32"
     return name, path.stat().st_size // 12 if path.exists() else None
 

@@ -41,7 +41,12 @@ class pair_writer {
     write_floats(folder_ / (name + "_source.f32"), source.points);
     write_floats(folder_ / (name + "_target.f32"), with_normals.points);
     write_floats(folder_ / (name + "_normals.f32"), with_normals.normals);
-    list_ << name << ' ' << max_distance << ' ' << iterations;
+    const bool has_colors = source.has_colors() && target.has_colors();
+    if (has_colors) {
+      write_floats(folder_ / (name + "_source_colors.f32"), source.colors);
+      write_floats(folder_ / (name + "_target_colors.f32"), target.colors);
+    }
+    list_ << name << ' ' << max_distance << ' ' << iterations << ' ' << has_colors;
     for (int i = 0; i < 16; ++i) list_ << ' ' << truth.matrix()(i / 4, i % 4);
     list_ << '\n';
   }
@@ -63,7 +68,8 @@ void write_kinect_pairs(const std::filesystem::path& frames, pair_writer& out) {
     return frames / (std::string{"frame-0000"} + number + what);
   };
   const auto frame = [&](const char* number, double edge) {
-    return cloud_from_depth(read_depth_png(name(number, ".depth.png")), kinect) |
+    return cloud_from_rgbd(read_depth_png(name(number, ".depth.png")),
+                           read_color_image(name(number, ".color.jpg")), kinect) |
            voxel_downsample(edge);
   };
   const auto pose = [&](const char* number) { return matrix_in(name(number, ".pose.txt")); };

@@ -29,7 +29,8 @@ using json = nlohmann::ordered_json;
 const std::map<std::string, metric_choice> metrics{{"point-to-plane", point_to_plane{}},
                                                    {"point-to-point", point_to_point{}},
                                                    {"symmetric", symmetric{}},
-                                                   {"generalized-icp", generalized_icp{}}};
+                                                   {"generalized-icp", generalized_icp{}},
+                                                   {"colored", colored{}}};
 
 struct align_settings {
   std::string source, target, output, metric = "point-to-plane";

@@ -83,6 +83,7 @@ found = json.load(sys.stdin)
 assert found["status"] == "degenerate" and not found["converged"] and len(found["unobservable"]) == 3'
 sed 's/ 0$/ 900/' plane.xyz > far.xyz
 expect 1 'too few pairs' "$cilantro" align far.xyz plane.xyz --max-distance 1
+expect 1 'needs colors, and the source has none' "$cilantro" align plane.xyz plane.xyz --metric colored
 expect 2 'try --help' "$cilantro" align plane.xyz plane.xyz --metric nonsense
 expect 2 'required' "$cilantro" align plane.xyz
 

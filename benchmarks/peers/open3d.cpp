@@ -5,6 +5,7 @@
 #include <open3d/geometry/PointCloud.h>
 #include <open3d/geometry/TriangleMesh.h>
 #include <open3d/io/PointCloudIO.h>
+#include <open3d/pipelines/registration/ColoredICP.h>
 #include <open3d/pipelines/registration/Registration.h>
 #include <open3d/pipelines/registration/TransformationEstimation.h>
 #include <open3d/utility/Logging.h>
@@ -202,14 +203,16 @@ void plane_200(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(plane_200);
 
+namespace registration = open3d::pipelines::registration;
+
+std::vector<Eigen::Vector3d> vectors(const std::vector<float>& all) {
+  std::vector<Eigen::Vector3d> made;
+  for (std::size_t i = 0; i < all.size(); i += 3)
+    made.emplace_back(double(all[i]), double(all[i + 1]), double(all[i + 2]));
+  return made;
+}
+
 void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) {
-  namespace registration = open3d::pipelines::registration;
-  const auto vectors = [](const std::vector<float>& all) {
-    std::vector<Eigen::Vector3d> made;
-    for (std::size_t i = 0; i < all.size(); i += 3)
-      made.emplace_back(double(all[i]), double(all[i + 1]), double(all[i + 2]));
-    return made;
-  };
   PointCloud source, target;
   source.points_ = vectors(pair.source);
   target.points_ = vectors(pair.target);
@@ -220,6 +223,23 @@ void icp_point_to_plane(benchmark::State& state, const registration_pair& pair) 
     found = registration::RegistrationICP(
                 source, target, pair.max_distance, Eigen::Matrix4d::Identity(),
                 registration::TransformationEstimationPointToPlane{},
+                registration::ICPConvergenceCriteria{-1, -1, pair.iterations})
+                .transformation_;
+  report_pose(state, pair, [&](int i, int k) { return found(i, k); });
+}
+
+void icp_colored(benchmark::State& state, const registration_pair& pair) {
+  PointCloud source, target;
+  source.points_ = vectors(pair.source);
+  source.colors_ = vectors(pair.source_colors);
+  target.points_ = vectors(pair.target);
+  target.normals_ = vectors(pair.target_normals);
+  target.colors_ = vectors(pair.target_colors);
+  Eigen::Matrix4d found;
+  for (auto _ : state)
+    found = registration::RegistrationColoredICP(
+                source, target, pair.max_distance, Eigen::Matrix4d::Identity(),
+                registration::TransformationEstimationForColoredICP{},
                 registration::ICPConvergenceCriteria{-1, -1, pair.iterations})
                 .transformation_;
   report_pose(state, pair, [&](int i, int k) { return found(i, k); });
@@ -315,5 +335,5 @@ CILANTRO_BENCHMARK(hull_of_sphere);
 
 int main(int argc, char** argv) {
   open3d::utility::SetVerbosityLevel(open3d::utility::VerbosityLevel::Error);
-  return run_benchmarks(argc, argv, icp_point_to_plane);
+  return run_benchmarks(argc, argv, icp_point_to_plane, icp_colored);
 }

@@ -15,6 +15,7 @@ export import :filters;
 export import :combine;
 export import :estimate;
 export import :depth_cloud;
+export import :gradients;
 export import :steps;
 export import :each;
 export import :sinks;

@@ -11,6 +11,7 @@ export import :covariance;
 export import :principal_components;
 export import :normals;
 export import :orientation;
+export import :gradients;
 export import :outliers;
 export import :sampling;
 export import :groups;

@@ -15,7 +15,7 @@ namespace cilantro {
 template <Scalar S, int D>
 prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel, bool needs_normals,
                               const neighborhood_spec& spec, const execution& how) {
-  prepared_points<S, D> prepared{input.surface, {}, {}};
+  prepared_points<S, D> prepared{.given = input.surface, .values = input.values};
   const auto& [points, normals] = input.surface;
   if (voxel > 0 && !points.empty()) {
     const voxel_grid<S, D> grid{
@@ -23,6 +23,11 @@ prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel, bool
     prepared.points = group_means(points, grid.groups(), {.threads = how.threads});
     if (needs_normals && input.surface.has_normals())
       prepared.normals = group_directions(normals, grid.groups(), {.threads = how.threads});
+    if (const auto& values = input.values.values; !values.empty()) {
+      const points_view<double, dynamic> one_each{values.data(), std::ssize(values), 1, 1};
+      const auto means = group_means(one_each, grid.groups(), {.threads = how.threads});
+      prepared.values.values.assign(means.data(), means.data() + means.size());
+    }
     prepared.given = {};
   }
   if (needs_normals && !prepared.view().has_normals() && !prepared.view().points.empty())
@@ -33,12 +38,10 @@ prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel, bool
 }
 
 template <Scalar S, int D, class T>
-icp_result<T> align_scales(
-    const align_input<S, D>& source, const align_input<S, D>& target, const align_start<T>& start,
-    const align_options& options, bool needs_source_normals, bool needs_target_normals,
-    const std::function<erased_estimator<T>(const oriented_points_view<S, D>& source,
-                                            const oriented_points_view<S, D>& target)>&
-        make_estimator) {
+icp_result<T> align_scales(const align_input<S, D>& source, const align_input<S, D>& target,
+                           const align_start<T>& start, const align_options& options,
+                           bool needs_source_normals, bool needs_target_normals,
+                           const estimator_maker<S, D, T>& make_estimator) {
   const std::vector<align_scale> scales =
       options.scales.empty() ? std::vector<align_scale>{{0, options.max_distance}} : options.scales;
   expects(options.scales.empty() || options.max_distance == std::numeric_limits<double>::infinity(),
@@ -77,7 +80,7 @@ icp_result<T> align_scales(
                                                       .fraction = options.fraction,
                                                       .threads = options.threads},
                                                      stop_only};
-      auto next = icp(searcher, make_estimator(moving.view(), onto.view()), result.transform,
+      auto next = icp(searcher, make_estimator(moving, onto), result.transform,
                       {.max_iterations = options.max_iterations,
                        .tolerance = options.tolerance,
                        .observer = start.observer,
@@ -103,13 +106,11 @@ icp_result<T> align_scales(
   template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
       const align_input<S, D>&, const align_input<S, D>&,                                 \
       const align_start<rigid_transform<S, D>>&, const align_options&, bool, bool,        \
-      const std::function<erased_estimator<rigid_transform<S, D>>(                        \
-          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);       \
+      const estimator_maker<S, D, rigid_transform<S, D>>&);                               \
   template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
       const align_input<S, D>&, const align_input<S, D>&,                                 \
       const align_start<affine_transform<S, D>>&, const align_options&, bool, bool,       \
-      const std::function<erased_estimator<affine_transform<S, D>>(                       \
-          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);
+      const estimator_maker<S, D, affine_transform<S, D>>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -8,6 +8,7 @@ import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;
 import cilantro.cloud;
+import :colored;
 import :concepts;
 import :correspondence;
 import :icp;
@@ -32,7 +33,8 @@ export struct align_scale {
 /// of its own.
 export using metric_choice =
     std::variant<point_to_plane, point_to_point, symmetric, generalized_icp,
-                 combined_metric<weighted_term<point_to_point>, weighted_term<point_to_plane>>>;
+                 combined_metric<weighted_term<point_to_point>, weighted_term<point_to_plane>>,
+                 colored>;
 
 /// One iteration of `align`, as it is passed to an observer; its transform is in double.
 export using align_iteration = icp_iteration<any_transform>;
@@ -64,12 +66,13 @@ export struct align_options {
   task_monitor monitor = {};
 };
 
-/// Points, with normals if they are known: the given ones, or copies where they have been reduced
-/// or estimated.
+/// Points, with normals if they are known, and the values that `colored` compares: the given ones,
+/// or copies where they have been reduced or estimated.
 template <Scalar S, int D>
 struct prepared_points {
   oriented_points_view<S, D> given;
   point_matrix<S, D> points, normals;
+  rounded_values values;
 
   [[nodiscard]] oriented_points_view<S, D> view() const {
     return oriented_points_view<S, D>{points.cols() > 0 ? as_points(points) : given.points,
@@ -77,14 +80,17 @@ struct prepared_points {
   }
 };
 
-/// What is registered: a surface, and where its voxels are anchored.
+/// What is registered: a surface, where its voxels are anchored, and the values that `colored`
+/// compares, if it is the metric.
 template <Scalar S, int D>
 struct align_input {
   oriented_points_view<S, D> surface;
   std::optional<coordinates> anchor = {};
+  rounded_values values = {};
 };
 
-/// Reduces a surface to voxels, and estimates normals if they are needed and missing.
+/// Reduces a surface with its values to voxels, and estimates normals if they are needed and
+/// missing.
 template <Scalar S, int D>
 [[nodiscard]] prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel,
                                             bool needs_normals, const neighborhood_spec& spec,
@@ -111,14 +117,18 @@ struct erased_estimator {
   }
 };
 
-/// All scales, one after the other. `make_estimator(source, target)` makes one for each.
+/// Makes an estimator for one scale.
 template <Scalar S, int D, class T>
-[[nodiscard]] icp_result<T> align_scales(
-    const align_input<S, D>& source, const align_input<S, D>& target, const align_start<T>& start,
-    const align_options& options, bool needs_source_normals, bool needs_target_normals,
-    const std::function<erased_estimator<T>(const oriented_points_view<S, D>& source,
-                                            const oriented_points_view<S, D>& target)>&
-        make_estimator);
+using estimator_maker = std::function<erased_estimator<T>(const prepared_points<S, D>& source,
+                                                          const prepared_points<S, D>& target)>;
+
+/// All scales, one after the other.
+template <Scalar S, int D, class T>
+[[nodiscard]] icp_result<T> align_scales(const align_input<S, D>& source,
+                                         const align_input<S, D>& target,
+                                         const align_start<T>& start, const align_options& options,
+                                         bool needs_source_normals, bool needs_target_normals,
+                                         const estimator_maker<S, D, T>& make_estimator);
 
 /// The estimator that `align` uses for a metric.
 template <MotionModel Model, Scalar S, int D, class Metric>
@@ -150,8 +160,31 @@ template <MotionModel Model, Scalar S, int D, class Metric>
   using T = transform_of<Model, S, D>;
   return align_scales<S, D, T>(
       source, target, start, o, needs_source_normals<Metric>, needs_target_normals<Metric>,
-      [&](const oriented_points_view<S, D>& moving, const oriented_points_view<S, D>& onto) {
-        return make_estimator<Model>(moving, onto, metric, o.solver, {.threads = o.threads});
+      [&](const prepared_points<S, D>& moving, const prepared_points<S, D>& onto) {
+        return make_estimator<Model>(moving.view(), onto.view(), metric, o.solver,
+                                     {.threads = o.threads});
+      });
+}
+
+/// By planes and colours: the gradients are those of each scale. Compiled in the library for
+/// `rigid_motion` and `affine_motion`.
+template <MotionModel Model, Scalar S, int D>
+[[nodiscard]] auto align_colored(const align_input<S, D>& source, const align_input<S, D>& target,
+                                 const colored& metric,
+                                 const align_start<transform_of<Model, S, D>>& start,
+                                 const align_options& o) -> icp_result<transform_of<Model, S, D>> {
+  return align_scales<S, D, transform_of<Model, S, D>>(
+      source, target, start, o, false, true,
+      [&](const prepared_points<S, D>& moving, const prepared_points<S, D>& onto) {
+        const auto gradients = value_gradients(onto.view(), onto.values, metric.gradients,
+                                               {o.threads, task_monitor{{}, o.monitor.stop}});
+        // One kernel for all, which may be none, is compiled in half the time of two metrics.
+        return make_estimator<Model>(
+            moving.view(), onto.view(),
+            weighted_term{colored_point_to_plane<D>{moving.values.values, onto.values.values,
+                                                    gradients, metric.share},
+                          1, unit_weight{}, o.robust},
+            o.solver, {.threads = o.threads});
       });
 }
 
@@ -178,20 +211,47 @@ template <MotionModel Model, Scalar S, int D>
                                     const align_options& o)
     -> icp_result<transform_of<Model, S, D>> {
   return std::visit(
-      [&](const auto& metric) {
-        if (!o.robust) return align_with<Model>(source, target, metric, start, o);
-        return align_with<Model>(source, target, with_kernel(metric, o.robust), start, o);
+      [&]<class Metric>(const Metric& metric) {
+        if constexpr (std::same_as<Metric, colored>)
+          return align_colored<Model>(source, target, metric, start, o);
+        else if (!o.robust)
+          return align_with<Model>(source, target, metric, start, o);
+        else
+          return align_with<Model>(source, target, with_kernel(metric, o.robust), start, o);
       },
       o.metric);
 }
 
+/// The values that `colored` compares. Throws `invalid_input` if the points, which are the `source`
+/// or the `target`, do not have them.
+template <PointsSource P>
+[[nodiscard]] rounded_values values_in(const P& points, const colored& metric, const char* whose) {
+  if (points_in(points).empty()) return {};
+  if (metric.attribute.empty()) {
+    const auto colors = colors_in(points);
+    expects(!colors.empty(), std::string{"align: the metric `colored` needs colors, and the "} +
+                                 whose + " has none");
+    return rounded_values::of(intensities(colors));
+  }
+  const attribute* found = nullptr;
+  if constexpr (PointCloud<P>) found = points.find_attribute(metric.attribute);
+  expects(found != nullptr, "align: the metric `colored` needs the attribute \"" +
+                                metric.attribute + "\", and the " + whose + " has none");
+  expects(found->size() == points_in(points).size(), "align: the attribute \"" + metric.attribute +
+                                                         "\" of the " + whose +
+                                                         " must have one value per point");
+  return rounded_values_of(*found);
+}
+
 /// A surface and where it lies, in the dimension that the library is compiled for.
 template <int C, PointsSource P>
-[[nodiscard]] auto align_input_of(const P& points) {
+[[nodiscard]] auto align_input_of(const P& points, const metric_choice& metric, const char* whose) {
   using S = scalar_of<P>;
   align_input<S, C> input{oriented<S, C>(points)};
   if (const auto origin = origin_in(points); !origin.isZero(0))
     input.anchor = coordinates{(-origin).eval()};
+  if (const auto* by_color = std::get_if<colored>(&metric))
+    input.values = values_in(points, *by_color, whose);
   return input;
 }
 
@@ -218,8 +278,8 @@ template <MotionModel Model, PointsSource A, PointsSource B, class F>
   constexpr int D = dimension_of<A>, C = closed_dimension<D>;
   using T = transform_of<Model, S, D>;
   using closed_type = transform_of<Model, S, C>;
-  const auto moving = align_input_of<C>(source);
-  const auto onto = align_input_of<C>(target);
+  const auto moving = align_input_of<C>(source, o.metric, "source");
+  const auto onto = align_input_of<C>(target, o.metric, "target");
   const index_t dimension =
       std::max<index_t>(moving.surface.points.dimension(), onto.surface.points.dimension());
   expects(moving.surface.points.empty() || onto.surface.points.empty() ||
@@ -262,7 +322,8 @@ template <MotionModel Model, PointsSource A, PointsSource B, class F>
 /// model of yours. If clouds have origins, coordinates, and hence the transform, are relative to
 /// the target's origin; `in_the_world` and `align_to` convert. The figures of the result are those
 /// of the last scale, but `iterations` counts all scales. Points that are not finite are ignored.
-/// Throws `invalid_input` for options that make no sense, and for points of different dimension.
+/// Throws `invalid_input` for options that make no sense, for points of different dimension, and
+/// for points without the colours or the attribute that the metric needs.
 /// Bad data does not throw: the status of the result says what is wrong.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
@@ -302,6 +363,14 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
                           });
 }
 
+/// Refused by the compiler with a sentence: `colored` has no values yet.
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
+void align(const A&, const B&, const colored&, const align_options& = {}) {
+  static_assert(!PointsSource<A>,
+                "align: colored is chosen in the options, as in align(source, target, {.metric = "
+                "colored{}}); a metric with values of yours is colored_point_to_plane");
+}
+
 /// How well the source lies on the target under a given transform, of any scalar: the figures that
 /// `align` returns for its result.
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
@@ -321,13 +390,11 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
   extern template icp_result<rigid_transform<S, D>> align_scales<S, D, rigid_transform<S, D>>(   \
       const align_input<S, D>&, const align_input<S, D>&,                                        \
       const align_start<rigid_transform<S, D>>&, const align_options&, bool, bool,               \
-      const std::function<erased_estimator<rigid_transform<S, D>>(                               \
-          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);              \
+      const estimator_maker<S, D, rigid_transform<S, D>>&);                                      \
   extern template icp_result<affine_transform<S, D>> align_scales<S, D, affine_transform<S, D>>( \
       const align_input<S, D>&, const align_input<S, D>&,                                        \
       const align_start<affine_transform<S, D>>&, const align_options&, bool, bool,              \
-      const std::function<erased_estimator<affine_transform<S, D>>(                              \
-          const oriented_points_view<S, D>&, const oriented_points_view<S, D>&)>&);
+      const estimator_maker<S, D, affine_transform<S, D>>&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 
@@ -337,6 +404,12 @@ CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
       const align_start<rigid_transform<S, D>>&, const align_options&);                     \
   extern template icp_result<affine_transform<S, D>> align_by_options<affine_motion, S, D>( \
       const align_input<S, D>&, const align_input<S, D>&,                                   \
+      const align_start<affine_transform<S, D>>&, const align_options&);                    \
+  extern template icp_result<rigid_transform<S, D>> align_colored<rigid_motion, S, D>(      \
+      const align_input<S, D>&, const align_input<S, D>&, const colored&,                   \
+      const align_start<rigid_transform<S, D>>&, const align_options&);                     \
+  extern template icp_result<affine_transform<S, D>> align_colored<affine_motion, S, D>(    \
+      const align_input<S, D>&, const align_input<S, D>&, const colored&,                   \
       const align_start<affine_transform<S, D>>&, const align_options&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE

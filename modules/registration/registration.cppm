@@ -18,6 +18,7 @@ export import :known_pairs;
 export import :combined_searcher;
 export import :motion;
 export import :residual;
+export import :colored;
 export import :normal_equations;
 export import :estimation;
 export import :least_squares;

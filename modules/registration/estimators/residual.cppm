@@ -35,10 +35,12 @@ struct residual_sink {
 /// Semantics: `term(pair, emit)` calls `emit(value, gradient)` once for each row of the residual,
 /// in the units of the points, or not at all for a pair that does not count. Static constants
 /// `needs_source_normals` and `needs_target_normals` say whether it uses these normals; without the
-/// constants, the normals of pairs are zero. Pure, and called from several threads at once. A
-/// metric of yours is a struct or a generic lambda of a few lines.
-/// Models: `point_to_point`, `point_to_plane`, `symmetric`, `generalized_icp`, `weighted_term`,
-/// `combined_metric`; `check_residual_term` tests yours.
+/// constants, the normals of pairs are zero. Pure, and called from several threads at once. A term
+/// that holds something per point may have a member `expect_sizes(sources, targets, who)`, which
+/// throws if it is of other points; estimators call it. A metric of yours is a struct or a generic
+/// lambda of a few lines.
+/// Models: `point_to_point`, `point_to_plane`, `colored_point_to_plane`, `symmetric`,
+/// `generalized_icp`, `weighted_term`, `combined_metric`; `check_residual_term` tests yours.
 export template <class T, int D>
 concept ResidualTerm =
     requires(const T& term, const matched_pair<D>& pair, const residual_sink<D>& emit) {
@@ -251,9 +253,12 @@ class pair_matcher {
  public:
   /// Throws `invalid_input` for a map for another dimension or number of points, and if the metric
   /// needs normals that the points do not have.
-  pair_matcher(const Metric&, const M& map [[clang::lifetimebound]],
+  pair_matcher(const Metric& metric, const M& map [[clang::lifetimebound]],
                const oriented_points_view<S, D>& source, const oriented_points_view<S, D>& target)
       : source_{moved_by(map, source)}, target_{target}, move_{mover(map)}, turn_{turner(map)} {
+    with_terms(metric, [&](const auto& term, const auto&...) {
+      expect_sizes(term, source.points.size(), target.points.size(), "pair_matcher");
+    });
     expects(!needs_source_normals<Metric> || source.has_normals() || source.points.empty(),
             "pair_matcher: the metric needs normals of the source; estimate them first");
     expects(!needs_target_normals<Metric> || target.has_normals() || target.points.empty(),
@@ -340,9 +345,13 @@ void rows_of_term(const Term& term, double weight, const Pairs& by, const Kernel
   using vector = point_vector<double, D>;
   weight *= double(evaluate_pair<double>(by, pair.source_index, pair.target_index, distance));
   if constexpr (!std::same_as<Kernel, unit_weight>) {
-    const double length = residual_length(term, pair);
-    if (!std::isfinite(length)) return;
-    weight *= double(evaluate_pair<double>(robust, pair.source_index, pair.target_index, length));
+    bool is_robust = true;
+    if constexpr (std::same_as<Kernel, robust_kernel>) is_robust = static_cast<bool>(robust);
+    if (is_robust) {
+      const double length = residual_length(term, pair);
+      if (!std::isfinite(length)) return;
+      weight *= double(evaluate_pair<double>(robust, pair.source_index, pair.target_index, length));
+    }
   }
   expect_weight(weight);
   if (weight == 0) return;

@@ -159,9 +159,11 @@ class warp_estimator {
   }
 
   void expect_weights() const {
-    with_terms(metric_, [&](const auto&, double weight, const auto& by, const auto&) {
+    with_terms(metric_, [&](const auto& term, double weight, const auto& by, const auto&) {
       expect_between(0, weight, std::numeric_limits<double>::max(),
                      "warp_estimator: the weight of a term");
+      expect_sizes(term, surfaces_.source.points.size(), surfaces_.target.points.size(),
+                   "warp_estimator");
       expect_sizes(by, surfaces_.source.points.size(), surfaces_.target.points.size(),
                    "warp_estimator");
     });

@@ -13,6 +13,7 @@ void add_run(CLI::App& app);
 void add_align(CLI::App& app);
 void add_warp(CLI::App& app);
 void add_odometry(CLI::App& app);
+void add_model(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_plane(CLI::App& app);
 void add_hull(CLI::App& app);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|warp|odometry|segment|plane|hull|crop|picture|html|view: point
+// cilantro info|convert|run|align|warp|odometry|model|segment|plane|hull|crop|picture|html|view: point
 // clouds on the command line. Ends with 0, with 1 if something failed, and with 2 if the command
 // line makes no sense.
 #include <CLI/CLI.hpp>
@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   add_align(app);
   add_warp(app);
   add_odometry(app);
+  add_model(app);
   add_segment(app);
   add_plane(app);
   add_hull(app);

@@ -42,5 +42,6 @@ export import :align_globally;
 export import :certify;
 export import :pose_edge;
 export import :optimize_poses;
+export import :align_many;
 export import :odometry;
 export import :contract;

@@ -23,6 +23,7 @@ import cilantro.eigen;
 import :pair_fit;
 import :surface_check;
 import :surface_description;
+import :surface_fit;
 
 namespace cilantro {
 namespace {
@@ -312,7 +313,7 @@ class global_registration {
     std::ranges::sort(all, std::ranges::greater{}, &judged<D>::score);
     if (all.size() > most_refined) all.resize(most_refined);
     for (auto& one : all) {
-      settle(one, std::max<index_t>(1, source.points.cols() / 1000), 2 * problem_.voxel, 8);
+      refine(one, std::max<index_t>(1, source.points.cols() / 1000), 2 * problem_.voxel, 8);
       look_at(one, 1);
     }
     if (is_seen)
@@ -325,7 +326,7 @@ class global_registration {
     if (candidates_.empty()) return;
 
     auto& best = candidates_.front();
-    const auto fit = settle(best, 1, problem_.voxel, 15);
+    const auto fit = refine(best, 1, problem_.voxel, 15);
     look_at(best, 1);
     const auto agreeing = std::ssize(best.pairs.members);
     const double contradicted = best.surface.contradicted_share();
@@ -337,17 +338,7 @@ class global_registration {
       result.status = global_status::too_few;
       return;
     }
-    finish(result, around_origin(fit));
-  }
-
-  /// A fit around the centre of the target, as one around the origin of its coordinates.
-  [[nodiscard]] alignment_fit around_origin(alignment_fit fit) const {
-    if (fit.information.size() == 0) return fit;
-    const Eigen::MatrixXd to_center =
-        velocities_of(rigid_motion{}, D).recentering(problem_.target_center);
-    fit.information = (to_center.transpose() * fit.information * to_center).eval();
-    if (const auto motions = solve(to_center, fit.directions)) fit.directions = *motions;
-    return fit;
+    finish(result, around_origin<D>(fit, problem_.target_center));
   }
 
   /// Whether another candidate is nearly as good as the best one.
@@ -356,41 +347,23 @@ class global_registration {
   }
 
   /// Refines a candidate on every `step`-th point of the source.
-  alignment_fit settle(judged<D>& one, index_t step, double max_distance, int iterations) const {
-    const auto &source = *problem_.source, &target = *problem_.target;
-    point_matrix<double, D> points, normals;
-    const auto some = [&](const point_matrix<double, D>& all) {
-      return Eigen::Map<const point_matrix<double, D>, 0, Eigen::OuterStride<>>{
-          all.data(), D, (all.cols() + step - 1) / step, Eigen::OuterStride<>{D * step}};
-    };
-    auto found = align(oriented_points_view<double, D>{some(source.points), some(source.normals)},
-                       oriented_points_view<double, D>{target.points, target.normals},
-                       {.metric = generalized_icp{},
-                        .initial = make_transform<rigid_transform<double, D>>(
-                            one.proposal.rotation, one.proposal.translation),
-                        .max_distance = max_distance,
-                        .max_iterations = iterations,
-                        .tolerance = 1e-3 * problem_.voxel,
-                        .robust = huber{0.2 * problem_.voxel},
-                        .threads = options_.threads,
-                        .monitor = {{}, options_.monitor.stop}});
-    if (found.status == icp_status::cancelled) throw cancelled{};
-    if (found.status != icp_status::too_few_pairs) {
-      one.proposal.rotation = found.transform.linear();
-      // The source is centred, so that turning it back to the vertical moves it least.
-      if (pairs_.up) one.proposal.rotation = rotation_of<D>(one.proposal.rotation, pairs_.up);
-      one.proposal.translation = found.transform.translation();
-      one.pairs = agreeing_pairs(pairs_, one.proposal);
-    }
-    return found;
+  alignment_fit refine(judged<D>& one, index_t step, double max_distance, int iterations) const {
+    const auto found = settle<D>(*problem_.source, *problem_.target, one.proposal, pairs_.up,
+                                 {.voxel = problem_.voxel,
+                                  .max_distance = max_distance,
+                                  .step = step,
+                                  .iterations = iterations,
+                                  .threads = options_.threads,
+                                  .stop = options_.monitor.stop});
+    if (!found) return {};
+    one.proposal = found->first;
+    one.pairs = agreeing_pairs(pairs_, one.proposal);
+    return found->second;
   }
 
   /// From the coordinates of the source to those of the target, as they were given.
   [[nodiscard]] affine_transform<double, D> absolute(const pair_proposal<D>& proposal) const {
-    return make_transform<affine_transform<double, D>>(
-        proposal.linear(),
-        (proposal.translation + problem_.target_center - proposal.linear() * problem_.source_center)
-            .eval());
+    return between_origins<D>(proposal, problem_.source_center, problem_.target_center);
   }
 
   struct known_pairs {

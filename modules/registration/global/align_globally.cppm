@@ -145,8 +145,11 @@ struct global_input {
 template <int C, PointsSource P>
 [[nodiscard]] auto global_input_of(const P& points) {
   using S = scalar_of<P>;
-  const auto input = align_input_of<C>(points);
-  return global_input<S, C>{input.surface.points, input.surface.normals, input.anchor};
+  global_input<S, C> input{points_view<S, C>{points_in(points)},
+                           points_view<S, C>{normals_in(points)}};
+  if (const auto origin = origin_in(points); !origin.isZero(0))
+    input.anchor = coordinates{(-origin).eval()};
+  return input;
 }
 
 /// Voxels with normals and features, in two or three dimensions.

@@ -107,13 +107,13 @@ void match_surfaces(global_problem<D>& problem, const global_options& options) {
   auto& pairs = problem.pairs;
   resize(pairs, std::ssize(matches), true);
   for (index_t i = 0; i < std::ssize(matches); ++i) {
-    const auto [s, t, distance] = matches[i];
+    const auto s = source.described[matches[i].source], t = target.described[matches[i].target];
     pairs.source.col(i) = source.points.col(s);
     pairs.target.col(i) = target.points.col(t);
     pairs.source_normals.col(i) = source.normals.col(s);
     pairs.target_normals.col(i) = target.normals.col(t);
     pairs.numbers.push_back(static_cast<std::int32_t>(i));
-    problem.given.push_back({source.first[s], target.first[t], double(distance)});
+    problem.given.push_back({source.first[s], target.first[t], double(matches[i].distance)});
   }
 }
 

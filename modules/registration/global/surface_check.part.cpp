@@ -84,7 +84,8 @@ template <int D>
 struct voxel_surface {
   point_matrix<double, D> points, normals;  ///< A normal is zero if it is unknown.
   point_vector<double, D> center = point_vector<double, D>::Zero();
-  index_list first;  ///< A point of each voxel.
+  index_list first;      ///< A point of each voxel.
+  index_list described;  ///< The voxels that have a feature.
   Eigen::MatrixXf features;
   std::optional<kd_tree<double, D>> tree;
   std::optional<seen_distances<D>> seen;  ///< If there is a viewpoint.

@@ -28,18 +28,21 @@ std::optional<point_vector<double, D>> local_viewpoint(const std::optional<coord
   return place;
 }
 
+/// Of more voxels, so many get a feature: matching all with all takes their square.
+constexpr index_t most_features = 10000;
+
 /// Square roots tell histograms apart better: Arandjelovic & Zisserman 2012, "Three things everyone
 /// should know to improve object retrieval", section 2.
 template <int D>
-Eigen::MatrixXf root_features(const voxel_surface<D>& surface, bool oriented,
-                              const surface_options& options) {
+void describe(voxel_surface<D>& surface, bool oriented, const surface_options& options) {
   const point_matrix<float, D> points = surface.points.template cast<float>(),
                                normals = surface.normals.template cast<float>();
-  return fpfh(points, normals, options.features.value_or(radius{5 * options.voxel}),
-              {.oriented = oriented,
-               .threads = options.threads,
-               .monitor = {{}, options.monitor.stop}})
-      .cwiseSqrt();
+  surface.described = random_indices(points.cols(), most_features);
+  fpfh_options how{
+      .oriented = oriented, .threads = options.threads, .monitor = {{}, options.monitor.stop}};
+  if (points.cols() > most_features) how.at = surface.described;
+  surface.features =
+      fpfh(points, normals, options.features.value_or(radius{5 * options.voxel}), how).cwiseSqrt();
 }
 
 }  // namespace
@@ -91,7 +94,7 @@ std::shared_ptr<const surface_description> closed_describe(const global_input<S,
     described->voxel = options.voxel;
     described->oriented = options.oriented || options.viewpoint;
     auto surface = reduced_to_voxels(input, options);
-    surface.features = root_features(surface, described->oriented, options);
+    describe(surface, described->oriented, options);
     if constexpr (D == 2)
       described->flat = std::move(surface);
     else

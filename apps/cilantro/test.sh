@@ -215,6 +215,28 @@ expect 2 'required' "$cilantro" odometry step0.xyz
 expect 2 'try --help' "$cilantro" odometry step0.xyz --voxel -1
 expect 2 'try --help' "$cilantro" odometry step0.xyz --voxel 1 --min-overlap 2
 
+# From anywhere: a scan that was turned by two radians.
+awk '/^#/ {next} {c = cos(2); s = sin(2); print c * $1 - s * $2 + 3, s * $1 + c * $2 - 1, $3 + 0.5}' at.xyz > turned.xyz
+"$cilantro" align turned.xyz scan.ply --global 0.1 --voxel 0.03 --max-distance 0.1 --json | python3 -c '
+import json, math, sys
+found = json.load(sys.stdin)
+assert found["global"]["status"] == "unique" and found["status"] == "converged", found
+matrix = found["transform"]
+assert abs(matrix[0][0] - math.cos(2)) < 1e-3 and abs(matrix[0][1] - math.sin(2)) < 1e-3, matrix'
+expect 1 'no transform was found' "$cilantro" align far.xyz scan.ply --global 0.1
+expect 2 'try --help' "$cilantro" align turned.xyz scan.ply --global 0
+expect 2 'requires' "$cilantro" align turned.xyz scan.ply --viewpoint 0 0 0
+
+# Many scans.
+"$cilantro" model scan.ply turned.xyz step2.xyz --voxel 0.1 --cell 0.02 --json -o model.ply --picture model.png | python3 -c '
+import json, sys
+found = json.load(sys.stdin)
+assert found["components"] == 1 and found["pairs"] == 3, found
+assert all(edge["verdict"] == "kept" for edge in found["edges"]), found'
+expect 0 'points: ' "$cilantro" info model.ply
+expect 1 'no two scans fit' "$cilantro" model far.xyz scan.ply --voxel 0.1
+expect 2 'required' "$cilantro" model scan.ply
+
 # Hulls.
 "$cilantro" hull plane.xyz -o corners.xyz --json | python3 -c '
 import json, sys

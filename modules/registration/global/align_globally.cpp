@@ -38,6 +38,8 @@ constexpr double most_contradicted = 0.03, confirmed = 0.01;
 /// By pairs alone, what chance would give less often than in one of 10 to the power of this many
 /// cases is no chance.
 constexpr double least_significance = 4;
+/// A candidate that so much less pairs agree with is no rival, whatever its points say.
+constexpr double clear_share = 0.15;
 /// A candidate whose score is this share of the best one's might be the right one.
 constexpr double rival_share = 0.8;
 
@@ -182,14 +184,20 @@ class global_registration {
     found_globally result;
     result.matches = pairs_.size();
     propose();
+    report(0.5);
     if (problem_.source)
       judge_by_surfaces(result);
     else
       judge_by_pairs(result);
+    report(1);
     return result;
   }
 
  private:
+  void report(double done) const {
+    if (options_.monitor.progress) options_.monitor.progress(done);
+  }
+
   /// The candidates that the pairs suggest, different ones, the best one first.
   void propose() {
     const execution how{options_.threads, {{}, options_.monitor.stop}};
@@ -306,6 +314,10 @@ class global_registration {
       one.surface = check.compare(one.proposal, step);
       one.score = one.surface.score();
     };
+    // Where the pairs are this clear, points need not be asked.
+    std::erase_if(candidates_,
+                  [best = candidates_.empty() ? 0 : candidates_.front().score](
+                      const judged<D>& one) { return one.pairs.score < clear_share * best; });
     if (candidates_.size() > most_compared) candidates_.resize(most_compared);
     const index_t coarse = std::max<index_t>(1, source.points.cols() / 500);
     for (auto& one : candidates_) look_at(one, coarse);
@@ -530,10 +542,13 @@ found_globally closed_align_globally(const global_input<S, D>& source,
 }
 
 surface_options source_options(const global_options& o) {
-  return {o.voxel, o.normals, o.features, o.oriented, o.source_viewpoint, o.threads, o.monitor};
+  // What comes after tells how far it is.
+  return {o.voxel,   o.normals,           o.features, o.oriented, o.source_viewpoint,
+          o.threads, {{}, o.monitor.stop}};
 }
 surface_options target_options(const global_options& o) {
-  return {o.voxel, o.normals, o.features, o.oriented, o.target_viewpoint, o.threads, o.monitor};
+  return {o.voxel,   o.normals,           o.features, o.oriented, o.target_viewpoint,
+          o.threads, {{}, o.monitor.stop}};
 }
 void expect_scales(const global_options& options, bool are_searched) {
   expects(options.scales.has_value() == are_searched,

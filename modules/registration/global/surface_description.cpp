@@ -95,6 +95,7 @@ std::shared_ptr<const surface_description> closed_describe(const global_input<S,
     described->oriented = options.oriented || options.viewpoint;
     auto surface = reduced_to_voxels(input, options);
     describe(surface, described->oriented, options);
+    if (options.monitor.progress) options.monitor.progress(1);
     if constexpr (D == 2)
       described->flat = std::move(surface);
     else

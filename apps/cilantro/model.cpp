@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -70,10 +71,29 @@ void print(const json& description) {
             << " pairs\n";
 }
 
+/// Drops what not all of the scans have.
+template <class S>
+void keep_common(std::vector<point_cloud<S, 3>>& scans) {
+  const auto all_have = [&](auto has) { return std::ranges::all_of(scans, has); };
+  if (!all_have([](const auto& scan) { return scan.has_normals(); }))
+    for (auto& scan : scans) scan.normals.resize(3, 0);
+  if (!all_have([](const auto& scan) { return scan.has_colors(); }))
+    for (auto& scan : scans) scan.colors.resize(3, 0);
+  std::vector<std::string> common;
+  for (const auto& one : scans.front().attributes)
+    if (all_have([&](const auto& scan) { return scan.find_attribute(one.name) != nullptr; }))
+      common.push_back(one.name);
+  for (auto& scan : scans)
+    std::erase_if(scan.attributes, [&](const auto& one) {
+      return std::ranges::find(common, one.name) == common.end();
+    });
+}
+
 /// All scans of the first component, each where it lies.
 template <class S>
-point_cloud<S, 3> merged(const std::vector<point_cloud<S, 3>>& scans,
-                         const align_many_result<3>& found, double cell) {
+point_cloud<S, 3> merged(std::vector<point_cloud<S, 3>> scans, const align_many_result<3>& found,
+                         double cell) {
+  keep_common(scans);
   point_cloud<S, 3> all;
   for (std::size_t i = 0; i < scans.size(); ++i)
     if (found.component_of[index_t(i)] == 0)
@@ -91,9 +111,8 @@ void run(const model_settings& settings, const point_cloud<S, 3>& first) {
     if (scans[i].has_origin())
       throw std::runtime_error{settings.scans[i] +
                                ": it has an origin; scans must be in their own coordinates"};
-  align_many_options options{.voxel = settings.voxel,
-                             .min_overlap = settings.min_overlap,
-                             .threads = settings.threads};
+  align_many_options options{
+      .voxel = settings.voxel, .min_overlap = settings.min_overlap, .threads = settings.threads};
   if (!settings.viewpoint.empty())
     options.viewpoint = Eigen::Map<const Eigen::VectorXd>{settings.viewpoint.data(), 3};
   const auto found = [&] {
@@ -129,16 +148,16 @@ void add_model(CLI::App& app) {
       ->required()
       ->check(CLI::PositiveNumber);
   command
-      ->add_option("--viewpoint", settings->viewpoint,
-                   "x y z from where each scan was seen, in its own coordinates: 0 0 0 for a sensor")
+      ->add_option(
+          "--viewpoint", settings->viewpoint,
+          "x y z from where each scan was seen, in its own coordinates: 0 0 0 for a sensor")
       ->expected(3);
   command
       ->add_option("--min-overlap", settings->min_overlap,
                    "Pairs that overlap so much are aligned once poses are known")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command
-      ->add_option("--cell", settings->cell, "Reduce the model to one point a cell of this edge")
+  command->add_option("--cell", settings->cell, "Reduce the model to one point a cell of this edge")
       ->check(CLI::PositiveNumber);
   command->add_option("-o,--output", settings->output, "The model; its ending says the format");
   add_result_options(*command, settings->drawings);

@@ -26,7 +26,8 @@ struct putative_pairs {
 
   matrix source, target;                  ///< `D × N`, finite.
   matrix source_normals, target_normals;  ///< `D × N`, zero where unknown; or no columns.
-  index_list numbers;                     ///< Of each column, which of the given pairs it is.
+  /// Of each column, which of the given pairs it is; empty if these are all of them, in order.
+  index_list numbers;
   /// Of a right pair, the target point and the moved source point are at most this far apart.
   double max_distance;
   bool oriented = false;  ///< Whether the signs of normals mean something.
@@ -39,7 +40,7 @@ struct putative_pairs {
   [[nodiscard]] index_t size() const { return source.cols(); }
   [[nodiscard]] bool has_normals() const { return source_normals.cols() > 0; }
   [[nodiscard]] putative_pair<D> operator[](index_t i) const {
-    putative_pair<D> pair{source.col(i), target.col(i), {}, {}, numbers[i]};
+    putative_pair<D> pair{source.col(i), target.col(i), {}, {}, numbers.empty() ? i : numbers[i]};
     pair.source_normal.setZero();
     pair.target_normal.setZero();
     if (has_normals()) {

@@ -36,9 +36,7 @@ Eigen::MatrixXf root_features(const voxel_surface<D>& surface, bool oriented,
   const point_matrix<float, D> points = surface.points.template cast<float>(),
                                normals = surface.normals.template cast<float>();
   return fpfh(points, normals, options.features.value_or(radius{5 * options.voxel}),
-              {.oriented = oriented,
-               .threads = options.threads,
-               .monitor = {{}, options.monitor.stop}})
+              {.oriented = oriented, .threads = options.threads, .monitor = options.monitor})
       .cwiseSqrt();
 }
 
@@ -92,6 +90,7 @@ std::shared_ptr<const surface_description> closed_describe(const global_input<S,
     described->oriented = options.oriented || options.viewpoint;
     auto surface = reduced_to_voxels(input, options);
     surface.features = root_features(surface, described->oriented, options);
+    if (surface.points.cols() == 0 && options.monitor.progress) options.monitor.progress(1);
     if constexpr (D == 2)
       described->flat = std::move(surface);
     else

@@ -47,8 +47,8 @@ struct global_candidate {
 export template <class T>
 struct global_result : alignment_fit {
   T transform;  ///< From the source to the target; the identity if there is none.
-  global_status status = global_status::too_few;
-  index_t matches = 0;  ///< The pairs that were considered.
+  global_status status = global_status::too_few;  ///< What is known about it.
+  index_t matches = 0;                            ///< The pairs that were considered.
   /// Those that agree with the transform. Their `distance` is that of their features, or 0 if pairs
   /// were given.
   correspondences<double> inliers;
@@ -71,7 +71,7 @@ std::ostream& operator<<(std::ostream& out, const global_result<T>& result) {
 
 /// Between which values a scale is searched.
 export struct scale_range {
-  double smallest, largest;
+  double smallest, largest;  ///< Both are tried, too.
 };
 
 /// A `PairSolver` of any type, for both dimensions.
@@ -130,11 +130,13 @@ export struct global_options {
 
 /// Options of `describe_surface`: those of `global_options` that are about one set.
 export struct surface_options {
-  double voxel = 0;
+  double voxel = 0;  ///< The edge of the cells to which the set is reduced. Required.
+  /// Neighbourhoods for estimating normals, where there are none; by default, of radius 2 `voxel`.
   std::optional<neighborhood_spec> normals = {};
+  /// Neighbourhoods of features; by default, of radius 5 `voxel`.
   std::optional<neighborhood_spec> features = {};
-  bool oriented = false;
-  std::optional<coordinates> viewpoint = {};
+  bool oriented = false;  ///< Whether given normals point to where the surface was seen from.
+  std::optional<coordinates> viewpoint = {};  ///< Where it was seen from, in its coordinates.
   int threads = 0;
   task_monitor monitor = {};
 };
@@ -292,8 +294,8 @@ template <class T>
 /// viewpoints are world coordinates. Points that are not finite are ignored. The same result for
 /// any number of threads, and every time. Throws `invalid_input` for options that make no sense,
 /// and for points of different dimension; bad data does not throw. O(N k + N N' + M²) for N and N'
-/// voxels and M matches, of which there are at most N; memory: 13 bytes per voxel and feature bin, and M²/8.
-/// Source: features Rusu et al. 2009; pairs Chen et al. 2022, "SC²-PCR".
+/// voxels and M matches, of which there are at most N; memory: 13 bytes per voxel and feature bin,
+/// and M²/8. Source: features Rusu et al. 2009; pairs Chen et al. 2022, "SC²-PCR".
 export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
   requires std::same_as<points_view_of<A>, points_view_of<B>> && std::same_as<Model, rigid_motion>
 [[nodiscard]] auto align_globally(const A& source, const B& target, const global_options& options) {

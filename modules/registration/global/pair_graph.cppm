@@ -46,8 +46,8 @@ struct pair_graph {
       "pair_graph: an invariant is called as invariant(a, b, all), with two putative_pair "
       "and all putative_pairs, and returns whether both may be right");
 
-  Invariant invariant = {};
-  int seeds = 100;  ///< How many pairs a transform is grown from at most.
+  Invariant invariant = {};  ///< What two right pairs share.
+  int seeds = 100;           ///< How many pairs a transform is grown from at most.
 
   template <int D>
     requires PairInvariant<Invariant, D>

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -35,6 +38,28 @@ prepared_points<S, D> prepare(const align_input<S, D>& input, double voxel, bool
                                         {.threads = how.threads, .monitor = how.monitor})
                            .normals;
   return prepared;
+}
+
+/// How wide a graduated kernel is after another iteration.
+double narrowed(double widening) {
+  return std::max(1.0, widening / 1.4);
+}
+/// Iterations until a kernel that starts so wide is as wide as given.
+int narrowing_iterations(double widening) {
+  int count = 0;
+  for (; widening > 1; widening = narrowed(widening)) ++count;
+  return count;
+}
+
+void expect_valid_graduation(const align_options& options) {
+  expects(options.graduation >= 1 && std::isfinite(options.graduation),
+          "align: graduation must be finite and at least 1: how many times as wide as given the "
+          "robust kernel starts");
+  expects(static_cast<bool>(options.robust), "align: .graduation needs a .robust kernel");
+  const int least = narrowing_iterations(options.graduation) + 1;
+  expects(least <= options.max_iterations,
+          "align: with this .graduation, .max_iterations must be " + std::to_string(least) +
+              " or more");
 }
 
 template <Scalar S, int D, class T>
@@ -80,11 +105,21 @@ icp_result<T> align_scales(const align_input<S, D>& source, const align_input<S,
                                                       .fraction = options.fraction,
                                                       .threads = options.threads},
                                                      stop_only};
-      auto next = icp(searcher, make_estimator(moving, onto), result.transform,
-                      {.max_iterations = options.max_iterations,
-                       .tolerance = options.tolerance,
-                       .observer = start.observer,
-                       .monitor = monitor});
+      auto observer = start.observer;
+      if (start.widening) {
+        *start.widening = options.graduation;
+        observer = [&](const icp_iteration<T>& now) {
+          *start.widening = narrowed(*start.widening);
+          if (start.observer) start.observer(now);
+        };
+      }
+      auto next =
+          icp(searcher, make_estimator(moving, onto), result.transform,
+              {.max_iterations = options.max_iterations,
+               .min_iterations = start.widening ? narrowing_iterations(options.graduation) + 1 : 0,
+               .tolerance = options.tolerance,
+               .observer = observer,
+               .monitor = monitor});
       // Stopped before it looked at anything: then the figures are those of the scale before.
       if (next.status == icp_status::cancelled && next.pairs == 0) throw cancelled{};
       iterations += next.iterations;

@@ -55,6 +55,12 @@ export struct align_options {
   /// Neighbourhoods for estimating normals, where the metric needs them and the input has none.
   neighborhood_spec normals = knn{10};
   robust_kernel robust = {};  ///< A robust weight of the residuals, such as `huber{0.01}`.
+  /// In each scale, the kernel starts this many times as wide as `robust`, at least 1, and narrows
+  /// by 1.4 in each iteration until it is as given: wrong pairs then lose their influence one after
+  /// the other, instead of the right ones at once where the start is far off (graduated
+  /// non-convexity: Zhou, Park & Koltun 2016, "Fast global registration", section 3.1; Yang et al.
+  /// 2020, "Graduated non-convexity for robust spatial perception"). 100 takes 14 iterations.
+  double graduation = 1;
   /// Whether only pairs are kept in which each point is the other's nearest.
   bool reciprocal = false;
   sides one_to_one = sides::none;  ///< Sides on which each point is kept in its closest pair only.
@@ -101,7 +107,19 @@ template <class T>
 struct align_start {
   T transform;
   std::function<void(const icp_iteration<T>&)> observer = {};
+  /// How many times as wide the robust kernel is now; set in each iteration. Null: always once.
+  std::shared_ptr<double> widening = {};
 };
+
+/// A kernel that is `widening` times as wide.
+struct widened_kernel {
+  robust_kernel kernel;
+  std::shared_ptr<const double> widening;
+
+  double operator()(double residual) const { return kernel(residual / *widening); }
+};
+/// Throws `invalid_input` unless there is a kernel to graduate, and enough iterations for it.
+void expect_valid_graduation(const align_options& options);
 
 /// An estimator behind a function, so that the loop is compiled once for all metrics.
 template <class T>
@@ -210,6 +228,14 @@ template <MotionModel Model, Scalar S, int D>
                                     const align_start<transform_of<Model, S, D>>& start,
                                     const align_options& o)
     -> icp_result<transform_of<Model, S, D>> {
+  if (o.graduation != 1 && !start.widening) {
+    expect_valid_graduation(o);
+    auto widening_start = start;
+    widening_start.widening = std::make_shared<double>(o.graduation);
+    auto widened = o;
+    widened.robust = widened_kernel{o.robust, widening_start.widening};
+    return align_by_options<Model>(source, target, widening_start, widened);
+  }
   return std::visit(
       [&]<class Metric>(const Metric& metric) {
         if constexpr (std::same_as<Metric, colored>)
@@ -343,6 +369,11 @@ void align(const A&, const B&, More&&...) {
       "align: source and target must have the same scalar and dimension; cast one of them, "
       "as by cast<double>(cloud)");
 }
+export template <class Model = rigid_motion, PointsSource A, PointsSource B>
+  requires(!std::same_as<points_view_of<A>, points_view_of<B>>)
+void align(const A& source, const B& target, const align_options&) {
+  align<Model>(source, target);
+}
 
 /// As above, with a metric of yours, or any combination, in place of that of the options. Throws
 /// `invalid_input` if the options name a metric, too, or a robust kernel: `weighted_term{metric, 1,
@@ -357,6 +388,9 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
   expects(!options.robust,
           "align: .robust applies to .metric only; give a metric that you pass its kernel by "
           "weighted_term{metric, 1, {}, kernel}");
+  expects(options.graduation == 1,
+          "align: .graduation applies to .robust only, and there can be none with a metric that "
+          "you pass");
   return align_any<Model>(source, target, options,
                           [&](const auto& moving, const auto& onto, const auto& start) {
                             return align_with<Model>(moving, onto, metric, start, options);
@@ -379,6 +413,7 @@ export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource 
                                      const any_transform& transform, align_options options = {}) {
   options.initial = transform;
   options.max_iterations = 0;
+  options.graduation = 1;
   if (options.scales.size() > 1)
     options.scales.erase(options.scales.begin(), options.scales.end() - 1);
   return align<Model>(source, target, options);

@@ -11,6 +11,7 @@ import :concepts;
 import :correspondence;
 import :feature_space;
 import :motion;
+import :putative_pairs;
 import :residual;
 
 namespace cilantro {
@@ -312,6 +313,83 @@ export template <class F, class T>
                       "more scalars are written than a target feature has");
     violations.expect(rows == 0 || first[rows - 1] != untouched,
                       "fewer scalars are written than a target feature has");
+  }
+  return violations.take();
+}
+
+/// Tests an invariant of yours on random twos of `pairs`: that it is symmetric, and that results
+/// are repeatable, also from several threads at once.
+export template <class I, int D>
+  requires PairInvariant<I, D>
+[[nodiscard]] std::vector<std::string> check_pair_invariant(const I& invariant,
+                                                            const putative_pairs<D>& pairs,
+                                                            const contract_options& options = {}) {
+  violation_list violations;
+  if (pairs.size() == 0) return violations.take();
+  const auto answers = [&](int threads) {
+    std::vector<std::uint8_t> found(2 * static_cast<std::size_t>(options.queries));
+    parallel_blocks(options.queries, 1, {.threads = threads}, [&](index_t q, index_t, index_t) {
+      random_stream random{options.seed, static_cast<std::uint64_t>(q)};
+      const auto a = pairs[random.below(pairs.size())], b = pairs[random.below(pairs.size())];
+      found[2 * q] = static_cast<bool>(invariant(a, b, pairs));
+      found[2 * q + 1] = static_cast<bool>(invariant(b, a, pairs));
+    });
+    return found;
+  };
+  const auto first = answers(1);
+  for (index_t q = 0; q < options.queries; ++q)
+    violations.expect(first[2 * q] == first[2 * q + 1], "it is not symmetric in its two pairs");
+  violations.expect(first == answers(1), "two calls with the same arguments differ");
+  violations.expect(first == answers(4), "calls from several threads differ");
+  return violations.take();
+}
+
+/// A token of which a stop is requested already.
+[[nodiscard]] std::stop_token requested_stop();
+
+/// Tests a solver of yours on pairs from which it proposes something: that proposals are rotations
+/// and translations, which keep the vertical if there is one; that results are repeatable, for any
+/// number of threads; that nothing is proposed without pairs; and that it can be stopped.
+export template <class T, int D>
+  requires PairSolver<T, D>
+[[nodiscard]] std::vector<std::string> check_pair_solver(const T& solver,
+                                                         const putative_pairs<D>& pairs) {
+  violation_list violations;
+  const auto first = solver.propose(pairs, {.threads = 1});
+  const auto same = [&](const std::vector<pair_proposal<D>>& other) {
+    return std::ranges::equal(first, other, [](const auto& a, const auto& b) {
+      return a.rotation == b.rotation && a.translation == b.translation && a.scale == b.scale;
+    });
+  };
+  for (const auto& one : first) {
+    const bool finite = is_finite(one.rotation.reshaped()) && is_finite(one.translation);
+    violations.expect(finite, "a proposal is not finite");
+    if (!finite) continue;
+    violations.expect((one.rotation * one.rotation.transpose()).isIdentity(1e-6) &&
+                          determinant(Eigen::MatrixXd{one.rotation}) > 0,
+                      "a proposal is not a rotation: its matrix is not orthonormal with a "
+                      "determinant of 1");
+    violations.expect(one.scale == 1, "a proposal has another scale than 1");
+    if (pairs.up)
+      violations.expect((one.rotation * *pairs.up - *pairs.up).norm() < 1e-6,
+                        "a proposal does not keep the vertical");
+  }
+  violations.expect(same(solver.propose(pairs, {.threads = 1})),
+                    "two calls with the same arguments differ");
+  violations.expect(same(solver.propose(pairs, {.threads = 4})),
+                    "the proposals depend on the number of threads");
+
+  putative_pairs<D> none = pairs;
+  for (auto* matrix : {&none.source, &none.target, &none.source_normals, &none.target_normals})
+    matrix->resize(D, 0);
+  none.numbers.clear();
+  violations.expect(solver.propose(none, {.threads = 1}).empty(),
+                    "without pairs, something is proposed");
+
+  try {
+    const auto found = solver.propose(pairs, {.threads = 1, .monitor = {{}, requested_stop()}});
+    violations.expect(found.empty(), "it does not stop when it is asked to");
+  } catch (const cancelled&) {  // NOLINT: as it must.
   }
   return violations.take();
 }

@@ -33,6 +33,9 @@ struct icp_iteration {
 export template <class T>
 struct icp_options {
   int max_iterations = 30;  ///< At 0, only the initial transform is evaluated.
+  /// Before that many iterations, nothing counts as converged, such as while an observer still
+  /// changes the weights of the estimator.
+  int min_iterations = 0;
   /// The transform has converged when an iteration changes it by at most this, in radians and in
   /// the units of the points, or by no more than its rounding error.
   double tolerance = 1e-5;
@@ -87,6 +90,7 @@ export template <class Searcher, class E>
   const double most_rotation = options.rotation_tolerance.value_or(options.tolerance);
   const double most_translation = options.translation_tolerance.value_or(options.tolerance);
   expect_from(0, options.max_iterations, "icp: max_iterations");
+  expect_between(0, options.min_iterations, options.max_iterations, "icp: min_iterations");
   expect_from(0, double(options.min_pairs), "icp: min_pairs");
   expect_from(0, most_rotation, "icp: the tolerance of rotations");
   expect_from(0, most_translation, "icp: the tolerance of translations");
@@ -122,7 +126,7 @@ export template <class Searcher, class E>
       if (result.iterations > 0 && options.residual_tolerance > 0)
         settled =
             settled || std::abs(before - result.residual) <= options.residual_tolerance * before;
-      if (settled)
+      if (settled && result.iterations >= options.min_iterations)
         return end_with(result.undetermined_share() <= options.max_undetermined
                             ? icp_status::converged
                             : icp_status::degenerate);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -200,4 +201,43 @@ TEST_CASE("what is described once is aligned as at once, and with the same optio
   CHECK_THROWS_AS(
       (void)align_globally(source, target, {.voxel = 0.05, .source_viewpoint = coordinates{0, 0}}),
       invalid_input);
+}
+
+TEST_CASE("a stop is a status, whenever it comes, and progress increases to 1") {
+  const auto source = plain_cube(1), target = plain_cube(2);
+  std::vector<double> shares;
+  global_options options{.voxel = 0.1};
+  options.monitor.progress = [&](double share) { shares.push_back(share); };
+  (void)align_globally(source, target, options);
+  CHECK(std::ranges::is_sorted(shares));
+  REQUIRE_FALSE(shares.empty());
+  CHECK(shares.back() == 1);
+  for (const double at : {0.0, 0.3, 0.6, 0.8}) {
+    std::stop_source stop;
+    options.monitor = {[&](double share) {
+                         if (share >= at) stop.request_stop();
+                       },
+                       stop.get_token()};
+    const auto found = align_globally(source, target, options);
+    CHECK(found.status == global_status::cancelled);
+    CHECK(found.transform.matrix().isIdentity(0));
+  }
+  // Without points, too.
+  shares.clear();
+  options.monitor = {[&](double share) { shares.push_back(share); }, {}};
+  (void)align_globally(point_cloud<float, 3>{}, target, options);
+  CHECK(std::ranges::is_sorted(shares));
+  CHECK(shares.back() == 1);
+}
+
+TEST_CASE("where a voxel leaves no surface to compare, two answers are not one") {
+  const auto forth = test::random_rigid<test::d3>(1, 1, 3);
+  const Eigen::Matrix3Xd source = test::random_points<test::d3>(200, 3, 0, 10);
+  Eigen::Matrix3Xd target(3, 200);
+  for (index_t i = 0; i < 200; ++i)
+    target.col(i) = (i % 2 == 0 ? forth : forth.inverse()) * source.col(i);
+  const auto found = align_globally(source, target, test::same_indices<double>(200),
+                                    {.voxel = 0.01, .max_distance = 0.05});
+  CHECK(found.status == global_status::too_few);
+  CHECK(found.transform.matrix().isIdentity(0));
 }

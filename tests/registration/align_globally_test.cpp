@@ -358,3 +358,27 @@ TEST_CASE("wrong options of a global registration get a sentence") {
   text << align_globally(points, points, pairs, {.max_distance = 0.1});
   CHECK(text.str().find("unique, 20 of 20 pairs agree") == 0);
 }
+
+TEST_CASE("an index that no point can have is not taken for another one") {
+  const Eigen::Matrix3Xd points = test::random_points<test::d3>(50);
+  struct far_pair {
+    std::int64_t source, target;
+  };
+  std::vector<far_pair> pairs;
+  for (std::int64_t i = 0; i < 50; ++i) pairs.push_back({i, i});
+  CHECK(align_globally(points, points, pairs, {.max_distance = 0.1}).is_unique());
+  pairs[7].source += std::int64_t{1} << 32;
+  CHECK_THROWS_AS((void)align_globally(points, points, pairs, {.max_distance = 0.1}),
+                  invalid_input);
+}
+
+TEST_CASE("no more samples are drawn than allowed, and pairs may be made by hand") {
+  const pair_problem<test::d3> problem{60, 60, 0.001, 4};
+  // Without numbers, pairs are in order.
+  const putative_pairs<3> pairs{
+      .source = problem.source, .target = problem.target, .max_distance = 0.01};
+  CHECK(pairs[7].index == 7);
+  CHECK(sampled_pairs{.max_samples = 1}.propose(pairs, {}).size() <= 1);
+  CHECK(sampled_pairs{.max_samples = 5}.propose(pairs, {}).size() <= 5);
+  CHECK(sampled_pairs{}.propose(pairs, {}).size() > 5);
+}

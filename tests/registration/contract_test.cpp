@@ -2,6 +2,7 @@
 //
 // The contracts accept what is shipped, and name what is wrong with what is not.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -90,6 +91,39 @@ struct inventive_estimator {
   }
 };
 
+struct one_sided {
+  bool operator()(const auto& a, const auto& b, const auto&) const { return a.index < b.index; }
+};
+struct moody {
+  mutable std::atomic<int> calls = 0;
+  bool operator()(const auto&, const auto&, const auto&) const { return ++calls % 3 == 0; }
+};
+
+/// Proposes what it is told.
+template <class F>
+struct solver_of {
+  F f;
+  [[nodiscard]] std::vector<pair_proposal<3>> propose(const putative_pairs<3>& pairs,
+                                                      const execution& how) const {
+    return f(pairs, how);
+  }
+};
+template <class F>
+solver_of(F) -> solver_of<F>;
+
+/// Pairs of which two thirds are right.
+template <int D>
+putative_pairs<D> some_pairs() {
+  using space = test::space<double, D>;
+  putative_pairs<D> pairs;
+  pairs.source = test::random_points<space>(90);
+  pairs.max_distance = 0.05;
+  const auto truth = test::random_rigid<space>(1, 1, 2);
+  pairs.target = (truth.linear() * pairs.source).colwise() + truth.translation();
+  for (index_t i = 0; i < 90; i += 3) pairs.target.col(i) *= -1;
+  return pairs;
+}
+
 struct long_feature {
   Eigen::Matrix2Xd features = Eigen::Matrix2Xd::Zero(2, 3);
   [[nodiscard]] points_view<double, 2> target() const { return as_points(features); }
@@ -105,6 +139,7 @@ TEST_CASE("the shipped motions do what a motion promises, in every dimension") {
   for (const index_t d : {1, 2, 3, 4, 6}) {
     CHECK(check_motion_model(rigid_motion{}, d).empty());
     CHECK(check_motion_model(affine_motion{}, d).empty());
+    CHECK(check_motion_model(similarity_motion{}, d).empty());
   }
   CHECK(rigid_motion::unknowns(3) == 6);
   CHECK(rigid_motion::unknowns(2) == 3);
@@ -159,6 +194,75 @@ TEST_CASE("estimators keep what they promise, with and without pairs") {
 TEST_CASE("a feature that is longer than it should be is told so") {
   CHECK(mentions(check_feature_space(long_feature{}, Eigen::Isometry3d::Identity()),
                  "more scalars are written"));
+}
+
+TEST_CASE("the shipped invariants and solvers of pairs keep their promises") {
+  const auto flat = some_pairs<2>();
+  const auto solid = some_pairs<3>();
+  auto upright = solid;
+  upright.up = Eigen::Vector3d{0, 0, 1};
+  const auto check = [](const auto& pairs) {
+    CHECK(check_pair_invariant(equal_lengths{}, pairs).empty());
+    CHECK(check_pair_invariant(equal_lengths_and_angles{}, pairs).empty());
+    CHECK(check_pair_solver(pair_graph<>{}, pairs).empty());
+    CHECK(check_pair_solver(pair_graph{equal_lengths{}}, pairs).empty());
+    CHECK(check_pair_solver(sampled_pairs{}, pairs).empty());
+    CHECK(check_pair_solver(graduated_pairs{}, pairs).empty());
+    CHECK(check_pair_solver(any_pair_solver{sampled_pairs{}}, pairs).empty());
+  };
+  check(flat);
+  check(solid);
+  check(upright);
+  CHECK(pair_graph<>{}.propose(solid, {}).size() > 0);
+}
+
+TEST_CASE("an invariant of pairs that breaks its promise is told so") {
+  const auto pairs = some_pairs<3>();
+  CHECK(mentions(check_pair_invariant(one_sided{}, pairs), "not symmetric"));
+  CHECK(mentions(check_pair_invariant(moody{}, pairs), "two calls"));
+}
+
+TEST_CASE("a solver of pairs that breaks its promise is told so") {
+  auto pairs = some_pairs<3>();
+  pairs.up = Eigen::Vector3d{0, 0, 1};
+  const auto violations = [&](auto f) { return check_pair_solver(solver_of{f}, pairs); };
+  const auto one = [](const Eigen::Matrix3d& rotation) {
+    pair_proposal<3> proposal;
+    proposal.rotation = rotation;
+    return std::vector{proposal};
+  };
+  const Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
+  CHECK(mentions(violations([&](const auto&, const auto&) { return one(2 * still); }),
+                 "not a rotation"));
+  CHECK(mentions(violations([&](const auto&, const auto&) { return one(-still); }),
+                 "not a rotation"));
+  CHECK(
+      mentions(violations([&](const auto&, const auto&) { return one(still * test::nan<double>); }),
+               "not finite"));
+  const Eigen::Matrix3d tilt = Eigen::AngleAxisd{0.1, Eigen::Vector3d::UnitX()}.toRotationMatrix();
+  CHECK(mentions(violations([&](const auto&, const auto&) { return one(tilt); }), "vertical"));
+  const auto always = violations([&](const auto&, const auto&) { return one(still); });
+  CHECK(mentions(always, "without pairs"));
+  CHECK(mentions(always, "does not stop"));
+  CHECK(mentions(violations([&](const auto&, const execution& how) {
+                   auto some = one(still);
+                   some.resize(std::size_t(how.threads), some[0]);
+                   return some;
+                 }),
+                 "number of threads"));
+  int calls = 0;
+  CHECK(mentions(violations([&](const auto&, const auto&) {
+                   auto some = one(still);
+                   some.resize(std::size_t(++calls), some[0]);
+                   return some;
+                 }),
+                 "two calls"));
+  CHECK(mentions(violations([&](const auto&, const auto&) {
+                   auto some = one(still);
+                   some[0].scale = 2;
+                   return some;
+                 }),
+                 "scale"));
 }
 
 // How much a residual changes with each unknown, against what really changes.

@@ -174,6 +174,10 @@ double significance(index_t agreeing, index_t pairs, index_t sample, double by_c
   return -(log_choose(pairs, sample) + std::min(log_tail, 0.0));
 }
 
+void report(const global_options& options, double share) {
+  if (options.monitor.progress) options.monitor.progress(share);
+}
+
 template <int D>
 class global_registration {
  public:
@@ -184,20 +188,16 @@ class global_registration {
     found_globally result;
     result.matches = pairs_.size();
     propose();
-    report(0.5);
+    report(options_, 0.5);
     if (problem_.source)
       judge_by_surfaces(result);
     else
       judge_by_pairs(result);
-    report(1);
+    report(options_, 1);
     return result;
   }
 
  private:
-  void report(double done) const {
-    if (options_.monitor.progress) options_.monitor.progress(done);
-  }
-
   /// The candidates that the pairs suggest, different ones, the best one first.
   void propose() {
     const execution how{options_.threads, {{}, options_.monitor.stop}};
@@ -333,7 +333,10 @@ class global_registration {
         return one.surface.contradicted_share() > most_contradicted;
       });
     const index_t least = is_seen ? D + 1 : enough_pairs_seen;
-    std::erase_if(all, [&](const judged<D>& one) { return std::ssize(one.pairs.members) < least; });
+    // Where no surface supports any candidate, no candidate is better than another.
+    std::erase_if(all, [&](const judged<D>& one) {
+      return std::ssize(one.pairs.members) < least || !(one.score > 0);
+    });
     keep_different(all);
     if (candidates_.empty()) return;
 
@@ -346,7 +349,7 @@ class global_registration {
         agreeing >= enough_pairs ||
         (source.seen && target.seen && agreeing >= enough_pairs_seen && contradicted <= confirmed);
     result.status = is_confirmed && !has_rival() ? global_status::unique : global_status::ambiguous;
-    if (is_seen && contradicted > most_contradicted) {
+    if (fit.pairs == 0 || (is_seen && contradicted > most_contradicted)) {
       result.status = global_status::too_few;
       return;
     }
@@ -449,17 +452,6 @@ void expect_valid(const global_options& options) {
             "align_globally: max_distance must be positive and finite");
 }
 
-template <class F>
-found_globally unless_cancelled(F f) {
-  try {
-    return f();
-  } catch (const cancelled&) {
-    found_globally result;
-    result.status = global_status::cancelled;
-    return result;
-  }
-}
-
 template <int D>
 found_globally align_voxels(const voxel_surface<D>& source, const voxel_surface<D>& target,
                             double voxel, bool oriented, const global_options& options) {
@@ -490,6 +482,16 @@ found_globally align_pairs(const global_input<S, D>& source, const global_input<
 
 }  // namespace
 
+found_globally unless_cancelled(const std::function<found_globally()>& f) {
+  try {
+    return f();
+  } catch (const cancelled&) {
+    found_globally result;
+    result.status = global_status::cancelled;
+    return result;
+  }
+}
+
 found_globally align_descriptions(const surface_description& source,
                                   const surface_description& target,
                                   const global_options& options) {
@@ -507,6 +509,7 @@ found_globally align_descriptions(const surface_description& source,
     // Without points, there is no dimension.
     expects(voxels_of(source) == 0 || voxels_of(target) == 0,
             "align_globally: source and target must have the same dimension");
+    report(options, 1);
     return found_globally{};
   });
 }

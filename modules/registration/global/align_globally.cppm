@@ -47,9 +47,11 @@ struct global_candidate {
 export template <class T>
 struct global_result : alignment_fit {
   T transform;  ///< From the source to the target; the identity if there is none.
-  global_status status = global_status::too_few;
+  global_status status = global_status::too_few;  ///< What is known about it.
   index_t matches = 0;                            ///< The pairs that were considered.
-  correspondences<double> inliers;                ///< Those that agree with the transform.
+  /// Those that agree with the transform. Their `distance` is that of their features, or 0 if pairs
+  /// were given.
+  correspondences<double> inliers;
   double contradicted = 0;                        ///< See `global_candidate`.
   double score = 0;                               ///< See `global_candidate`.
   std::vector<global_candidate<T>> alternatives;  ///< Other transforms, the best one first.
@@ -69,7 +71,7 @@ std::ostream& operator<<(std::ostream& out, const global_result<T>& result) {
 
 /// Between which values a scale is searched.
 export struct scale_range {
-  double smallest, largest;
+  double smallest, largest;  ///< Both are tried, too.
 };
 
 /// A `PairSolver` of any type, for both dimensions.
@@ -111,7 +113,8 @@ export struct global_options {
   bool oriented = false;
   /// Where each set was seen from, in its own coordinates, such as zeros for a scan in those of its
   /// sensor. Normals are turned towards it, and no point of the other set may lie clearly between
-  /// it and what it has seen: this is what tells most wrong transforms.
+  /// it and what it has seen: this is what tells most wrong transforms. Without pairs, features are
+  /// compared, so that there are both or none, unless `oriented` speaks for the other one.
   std::optional<coordinates> source_viewpoint = {}, target_viewpoint = {};
   /// The vertical in both sets, which the transform keeps, such as that of gravity; only its
   /// direction counts.
@@ -127,11 +130,13 @@ export struct global_options {
 
 /// Options of `describe_surface`: those of `global_options` that are about one set.
 export struct surface_options {
-  double voxel = 0;
+  double voxel = 0;  ///< The edge of the cells to which the set is reduced. Required.
+  /// Neighbourhoods for estimating normals, where there are none; by default, of radius 2 `voxel`.
   std::optional<neighborhood_spec> normals = {};
+  /// Neighbourhoods of features; by default, of radius 5 `voxel`.
   std::optional<neighborhood_spec> features = {};
-  bool oriented = false;
-  std::optional<coordinates> viewpoint = {};
+  bool oriented = false;  ///< Whether given normals point to where the surface was seen from.
+  std::optional<coordinates> viewpoint = {};  ///< Where it was seen from, in its coordinates.
   int threads = 0;
   task_monitor monitor = {};
 };
@@ -181,6 +186,32 @@ class described_surface {
   described_parts parts_;
 };
 
+/// The indices of given pairs.
+struct pair_indices {
+  index_list sources, targets;
+};
+/// Throws `invalid_input{what}` for indices that no point can have.
+template <class R>
+[[nodiscard]] pair_indices pair_indices_of(const R& pairs, const char* what) {
+  pair_indices all;
+  const auto take = [&](index_list& to, index_t index) {
+    expects(0 <= index && index <= std::numeric_limits<std::int32_t>::max(), what);
+    to.push_back(static_cast<std::int32_t>(index));
+  };
+  for (const auto& pair : pairs) {
+    take(all.sources, pair.source);
+    take(all.targets, pair.target);
+  }
+  return all;
+}
+/// A range of pairs with indices of points.
+template <class R>
+concept RangeOfPairs =
+    std::ranges::input_range<R> && requires(const std::ranges::range_value_t<R>& pair) {
+      { pair.source } -> std::convertible_to<index_t>;
+      { pair.target } -> std::convertible_to<index_t>;
+    };
+
 /// Everything about a result that does not depend on the type of the transform.
 struct found_globally : alignment_fit {
   struct candidate {
@@ -202,6 +233,8 @@ template <Scalar S, int D>
 found_globally closed_align_globally(const global_input<S, D>& source,
                                      const global_input<S, D>& target, const index_list& sources,
                                      const index_list& targets, const global_options& options);
+/// What `f` returns; the status `cancelled` if it throws `cancelled`.
+found_globally unless_cancelled(const std::function<found_globally()>& f);
 /// The part of the options that is about one set.
 [[nodiscard]] surface_options source_options(const global_options& options);
 [[nodiscard]] surface_options target_options(const global_options& options);
@@ -237,9 +270,10 @@ template <class T>
 template <class T>
 [[nodiscard]] auto to_result(found_globally&& found, const Eigen::VectorXd& source_origin,
                              const Eigen::VectorXd& target_origin) {
+  const bool has_transform = !found.candidates.empty();
   auto result =
       to_result<T>(std::move(found), std::max(source_origin.size(), target_origin.size()));
-  if (source_origin.size() == target_origin.size() && !result.inliers.empty()) {
+  if (source_origin.size() == target_origin.size() && has_transform) {
     const Eigen::VectorXd shift = source_origin - target_origin;
     result.transform = after_shift<T>(result.transform, -shift);
     for (auto& c : result.alternatives) c.transform = after_shift<T>(c.transform, -shift);
@@ -259,17 +293,22 @@ template <class T>
 /// If clouds have origins, the transform is relative to the target's origin, as with `align`, and
 /// viewpoints are world coordinates. Points that are not finite are ignored. The same result for
 /// any number of threads, and every time. Throws `invalid_input` for options that make no sense,
-/// and for points of different dimension; bad data does not throw. O(N k + M²) for N voxels and M
-/// matches, of which there are at most N; memory: 13 bytes per voxel and feature bin, and M²/8.
-/// Source: features Rusu et al. 2009; pairs Chen et al. 2022, "SC²-PCR".
-export template <PointsSource A, PointsSource B>
-  requires std::same_as<points_view_of<A>, points_view_of<B>>
+/// and for points of different dimension; bad data does not throw. O(N k + N N' + M²) for N and N'
+/// voxels and M matches, of which there are at most N; memory: 13 bytes per voxel and feature bin,
+/// and M²/8. Source: features Rusu et al. 2009; pairs Chen et al. 2022, "SC²-PCR".
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
+  requires std::same_as<points_view_of<A>, points_view_of<B>> && std::same_as<Model, rigid_motion>
 [[nodiscard]] auto align_globally(const A& source, const B& target, const global_options& options) {
   constexpr int C = closed_dimension<dimension_of<A>>;
-  const auto moving = closed_describe(global_input_of<C>(source), source_options(options));
-  const auto onto = closed_describe(global_input_of<C>(target), target_options(options));
+  global_options how = options;
+  how.monitor = in_passes(options.monitor, 3);
   return to_result<rigid_transform<scalar_of<A>, dimension_of<A>>>(
-      align_descriptions(*moving, *onto, options), origin_in(source), origin_in(target));
+      unless_cancelled([&] {
+        const auto moving = closed_describe(global_input_of<C>(source), source_options(how));
+        const auto onto = closed_describe(global_input_of<C>(target), target_options(how));
+        return align_descriptions(*moving, *onto, how);
+      }),
+      origin_in(source), origin_in(target));
 }
 
 /// What `align_globally` computes of one set, once for all sets that it is aligned with. Throws as
@@ -301,27 +340,50 @@ export template <Scalar S, int D>
 /// `align_globally<similarity_motion>(…)` finds a scale, too, between those of `options.scales`, by
 /// trying as many as `max_distance` calls for; not with a `voxel`. Its result is an affine
 /// transform.
-export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B,
-                 std::ranges::input_range R>
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B, RangeOfPairs R>
   requires std::same_as<points_view_of<A>, points_view_of<B>> &&
-           (std::same_as<Model, rigid_motion> || std::same_as<Model, similarity_motion>) &&
-           requires(std::ranges::range_value_t<R> pair) {
-             { pair.source } -> std::convertible_to<index_t>;
-             { pair.target } -> std::convertible_to<index_t>;
-           }
+           (std::same_as<Model, rigid_motion> || std::same_as<Model, similarity_motion>)
 [[nodiscard]] auto align_globally(const A& source, const B& target, const R& pairs,
                                   const global_options& options) {
   expect_scales(options, std::same_as<Model, similarity_motion>);
-  index_list sources, targets;
-  for (const auto& pair : pairs) {
-    sources.push_back(static_cast<std::int32_t>(pair.source));
-    targets.push_back(static_cast<std::int32_t>(pair.target));
-  }
+  const auto [sources, targets] =
+      pair_indices_of(pairs, "align_globally: a pair has an index that is not one of a point");
   constexpr int C = closed_dimension<dimension_of<A>>;
   return to_result<transform_of<Model, scalar_of<A>, dimension_of<A>>>(
       closed_align_globally(global_input_of<C>(source), global_input_of<C>(target), sources,
                             targets, options),
       origin_in(source), origin_in(target));
+}
+
+template <class Model, class A, class B>
+void refuse_to_align_globally() {
+  static_assert(std::same_as<A, B>,
+                "align_globally: source and target must have the same scalar and dimension; cast "
+                "one of them, as by cast<double>(cloud)");
+  static_assert(!std::same_as<A, B> || !MotionModel<Model>,
+                "align_globally: finds rigid transforms, or similarities from pairs; for any other "
+                "motion, start `align` from one: align<affine_motion>(source, target, {.initial = "
+                "found.transform})");
+}
+/// Refused by the compiler with a sentence: sets of different scalar or dimension, and other
+/// motions.
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B>
+  requires(!std::same_as<points_view_of<A>, points_view_of<B>> ||
+           !std::same_as<Model, rigid_motion>)
+void align_globally(const A&, const B&, const global_options&) {
+  refuse_to_align_globally<Model, points_view_of<A>, points_view_of<B>>();
+}
+export template <MotionModel Model = rigid_motion, PointsSource A, PointsSource B, RangeOfPairs R>
+  requires(!std::same_as<points_view_of<A>, points_view_of<B>> ||
+           !(std::same_as<Model, rigid_motion> || std::same_as<Model, similarity_motion>))
+void align_globally(const A&, const B&, const R&, const global_options&) {
+  refuse_to_align_globally<Model, points_view_of<A>, points_view_of<B>>();
+}
+export template <Scalar S, int D, Scalar Other, int E>
+  requires(!std::same_as<points_view<S, D>, points_view<Other, E>>)
+void align_globally(const described_surface<S, D>&, const described_surface<Other, E>&,
+                    const global_options& = {}) {
+  refuse_to_align_globally<rigid_motion, points_view<S, D>, points_view<Other, E>>();
 }
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D)                                                         \

@@ -36,7 +36,7 @@ class scan_graph {
              const align_many_options& options)
       : scans_{std::move(scans)},
         options_{options},
-        passes_{in_passes(options.monitor, options.initial.empty() ? 2 : 1)} {}
+        monitor_{in_passes(options.monitor, options.initial.empty() ? 2 : 1)} {}
 
   [[nodiscard]] align_many_result<D> run() {
     if (options_.initial.empty())
@@ -66,8 +66,9 @@ class scan_graph {
   void for_each_pair(const std::vector<std::pair<index_t, index_t>>& pairs, F look) {
     std::vector<std::optional<scan_link<D>>> found(pairs.size());
     parallel_blocks(
-        std::ssize(pairs), 1, {options_.threads, passes_},
+        std::ssize(pairs), 1, {options_.threads, monitor_},
         [&](index_t k, index_t, index_t) { found[k] = look(pairs[k].first, pairs[k].second); });
+    if (pairs.empty() && monitor_.progress) monitor_.progress(1);
     for (auto& link : found)
       if (link) links_.push_back(std::move(*link));
   }
@@ -183,7 +184,7 @@ class scan_graph {
 
   std::vector<std::shared_ptr<const surface_description>> scans_;
   const align_many_options& options_;
-  task_monitor passes_;
+  task_monitor monitor_;  ///< Of all pairs, in one or two passes.
   std::vector<scan_link<D>> links_;
   std::vector<rigid_transform<double, D>> poses_;
   index_list components_;

@@ -59,6 +59,14 @@ template <Scalar S, int D>
 align_many_result<D> closed_align_many(const std::vector<global_input<S, D>>& scans,
                                        const align_many_options& options);
 
+/// A range of scans that stay where they are.
+template <class R>
+concept RangeOfScans = std::ranges::random_access_range<R> && std::ranges::sized_range<R> &&
+                       std::is_lvalue_reference_v<std::ranges::range_reference_t<const R>> &&
+                       PointsSource<std::ranges::range_value_t<R>> &&
+                       (dimension_of<std::ranges::range_value_t<R>> == 2 ||
+                        dimension_of<std::ranges::range_value_t<R>> == 3);
+
 /// Finds where many scans of one place lie, from anywhere: aligns pairs of them as `align_globally`
 /// does, and makes the poses that agree best with all pairs by `optimize_poses`. `scans` is a range
 /// of clouds, or of points of another kind, in two or three dimensions.
@@ -71,15 +79,20 @@ align_many_result<D> closed_align_many(const std::vector<global_input<S, D>>& sc
 /// Coordinates are those of the `points`: origins of clouds are ignored. The same bits for any
 /// number of threads. Throws `invalid_input` for options that make no sense, and for another number
 /// of initial poses than scans; `cancelled`. O(n²) alignments for n scans without initial poses.
-export template <std::ranges::random_access_range R>
-  requires std::ranges::sized_range<R> && PointsSource<std::ranges::range_value_t<R>> &&
-           (dimension_of<std::ranges::range_value_t<R>> == 2 ||
-            dimension_of<std::ranges::range_value_t<R>> == 3)
+export template <RangeOfScans R>
 [[nodiscard]] auto align_many(const R& scans, const align_many_options& options) {
   using P = std::ranges::range_value_t<R>;
   std::vector<global_input<scalar_of<P>, dimension_of<P>>> inputs;
   for (const auto& scan : scans) inputs.push_back({points_in(scan), normals_in(scan), {}});
   return closed_align_many(inputs, options);
+}
+/// Refused by the compiler with a sentence.
+export template <std::ranges::input_range R>
+  requires(!RangeOfScans<R>)
+void align_many(const R&, const align_many_options&) {
+  static_assert(RangeOfScans<R>,
+                "align_many: scans are clouds or points in two or three dimensions that are known "
+                "to the compiler, in a container such as std::vector, not made on the way");
 }
 
 }  // namespace cilantro

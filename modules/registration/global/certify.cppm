@@ -54,18 +54,15 @@ export struct certify_options {
 /// a few times; N²/8 bytes.
 /// Source: cliques as maxima of consensus Enqvist, Josephson & Kahl 2009, "Optimal correspondences
 /// from pairwise constraints"; trusses Cohen 2008.
-export template <AffineMap T, PointsSource A, PointsSource B, std::ranges::input_range R>
+export template <AffineMap T, PointsSource A, PointsSource B, RangeOfPairs R>
   requires std::same_as<points_view_of<A>, points_view_of<B>>
 [[nodiscard]] pair_certificate certify(const T& transform, const A& source, const B& target,
                                        const R& pairs, const certify_options& options) {
   using S = scalar_of<A>;
   constexpr int C = closed_dimension<dimension_of<A>>;
   expect_same_origin(source, target, "certify");
-  index_list sources, targets;
-  for (const auto& pair : pairs) {
-    sources.push_back(static_cast<std::int32_t>(pair.source));
-    targets.push_back(static_cast<std::int32_t>(pair.target));
-  }
+  const auto [sources, targets] =
+      pair_indices_of(pairs, "certify: a pair has an index that is not one of a point");
   const affine_parts<double, dynamic> map{transform.linear().template cast<double>(),
                                           transform.translation().template cast<double>()};
   return closed_certify<S, C>(map, points_in(source), points_in(target), sources, targets,

@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <stop_token>
 #include <vector>
 module cilantro.registration;
 
@@ -16,7 +17,8 @@ namespace {
 
 /// The pairs of samples of three that are alike in source and target, as often as they are drawn.
 template <int D>
-index_list consistent_members(const graduated_pairs& solver, const putative_pairs<D>& pairs) {
+index_list consistent_members(const graduated_pairs& solver, const putative_pairs<D>& pairs,
+                              const std::stop_token& stop) {
   index_list members;
   if (pairs.size() < 3) return members;
   const auto are_alike = [&](std::int32_t a, std::int32_t b) {
@@ -27,6 +29,7 @@ index_list consistent_members(const graduated_pairs& solver, const putative_pair
   };
   const index_t most_tries = 100 * pairs.size();
   for (index_t k = 0; k < most_tries && std::ssize(members) < 3 * solver.tuples; ++k) {
+    if (k % 1024 == 0 && stop.stop_requested()) throw cancelled{};
     const auto drawn =
         distinct_sample(pairs.size(), 3, random_stream{solver.seed, static_cast<std::uint64_t>(k)});
     if (are_alike(drawn[0], drawn[1]) && are_alike(drawn[1], drawn[2]) &&
@@ -46,7 +49,7 @@ std::vector<pair_proposal<D>> propose_graduated(const graduated_pairs& solver,
   expects(solver.alike > 0 && solver.alike <= 1, "graduated_pairs: alike must be in (0, 1]");
   index_list members(static_cast<std::size_t>(pairs.size()));
   std::iota(members.begin(), members.end(), 0);
-  if (solver.tuples > 0) members = consistent_members(solver, pairs);
+  if (solver.tuples > 0) members = consistent_members(solver, pairs, how.monitor.stop);
   std::vector<double> weights(members.size(), 1);
   auto found = fit_pairs<D>(pairs, members, weights);
   if (!found) return {};

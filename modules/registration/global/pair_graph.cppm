@@ -41,8 +41,13 @@ export inline constexpr index_t most_graph_pairs = 20000;
 /// in place of its spectral matching.
 export template <class Invariant = equal_lengths_and_angles>
 struct pair_graph {
-  Invariant invariant = {};
-  int seeds = 100;  ///< How many pairs a transform is grown from at most.
+  static_assert(
+      PairInvariant<Invariant, 2> || PairInvariant<Invariant, 3>,
+      "pair_graph: an invariant is called as invariant(a, b, all), with two putative_pair "
+      "and all putative_pairs, and returns whether both may be right");
+
+  Invariant invariant = {};  ///< What two right pairs share.
+  int seeds = 100;           ///< How many pairs a transform is grown from at most.
 
   template <int D>
     requires PairInvariant<Invariant, D>

@@ -26,7 +26,8 @@ struct putative_pairs {
 
   matrix source, target;                  ///< `D × N`, finite.
   matrix source_normals, target_normals;  ///< `D × N`, zero where unknown; or no columns.
-  index_list numbers;                     ///< Of each column, which of the given pairs it is.
+  /// Of each column, which of the given pairs it is; empty if these are all of them, in order.
+  index_list numbers;
   /// Of a right pair, the target point and the moved source point are at most this far apart.
   double max_distance;
   bool oriented = false;  ///< Whether the signs of normals mean something.
@@ -37,9 +38,10 @@ struct putative_pairs {
   std::optional<point_vector<double, D>> up = {};
 
   [[nodiscard]] index_t size() const { return source.cols(); }
+  /// Whether there are normals, which may be unknown for some points.
   [[nodiscard]] bool has_normals() const { return source_normals.cols() > 0; }
   [[nodiscard]] putative_pair<D> operator[](index_t i) const {
-    putative_pair<D> pair{source.col(i), target.col(i), {}, {}, numbers[i]};
+    putative_pair<D> pair{source.col(i), target.col(i), {}, {}, numbers.empty() ? i : numbers[i]};
     pair.source_normal.setZero();
     pair.target_normal.setZero();
     if (has_normals()) {
@@ -83,8 +85,8 @@ export struct equal_lengths {
 /// between the points differ by at most `tolerance` in their cosines; those of unknown normals do
 /// not count.
 export struct equal_lengths_and_angles {
-  positive least = 2;
-  positive tolerance = 0.5;
+  positive least = 2;        ///< As in `equal_lengths`.
+  positive tolerance = 0.5;  ///< Of cosines.
 
   template <int D>
   [[nodiscard]] bool operator()(const putative_pair<D>& a, const putative_pair<D>& b,
@@ -112,10 +114,13 @@ static_assert(PairInvariant<equal_lengths, 3> && PairInvariant<equal_lengths_and
 /// A transform that a `PairSolver` proposes: p ↦ scale · rotation · p + translation.
 export template <int D>
 struct pair_proposal {
+  /// Orthonormal, with a determinant of 1.
   Eigen::Matrix<double, D, D> rotation = Eigen::Matrix<double, D, D>::Identity();
+  /// What is added last.
   point_vector<double, D> translation = point_vector<double, D>::Zero();
   double scale = 1;  ///< Solvers leave it at 1.
 
+  /// scale · rotation.
   [[nodiscard]] Eigen::Matrix<double, D, D> linear() const { return scale * rotation; }
 };
 

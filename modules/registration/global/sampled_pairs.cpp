@@ -48,8 +48,9 @@ std::vector<pair_proposal<D>> propose_by_samples(const sampled_pairs& solver,
   std::vector<scored_sample> best;
   double needed = double(solver.max_samples);
   for (index_t begin = 0; double(begin) < needed; begin += samples_at_a_time) {
-    std::vector<scored_sample> some(static_cast<std::size_t>(samples_at_a_time));
-    parallel_blocks(samples_at_a_time, 16, {.threads = how.threads, .monitor = how.monitor},
+    const index_t count = std::min(samples_at_a_time, solver.max_samples - begin);
+    std::vector<scored_sample> some(static_cast<std::size_t>(count));
+    parallel_blocks(count, 16, {.threads = how.threads, .monitor = how.monitor},
                     [&](index_t, index_t first, index_t last) {
                       for (index_t k = first; k < last; ++k) {
                         const auto drawn = draw(pairs, solver.seed, begin + k);

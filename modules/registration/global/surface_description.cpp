@@ -38,8 +38,7 @@ void describe(voxel_surface<D>& surface, bool oriented, const surface_options& o
   const point_matrix<float, D> points = surface.points.template cast<float>(),
                                normals = surface.normals.template cast<float>();
   surface.described = random_indices(points.cols(), most_features);
-  fpfh_options how{
-      .oriented = oriented, .threads = options.threads, .monitor = {{}, options.monitor.stop}};
+  fpfh_options how{.oriented = oriented, .threads = options.threads, .monitor = options.monitor};
   if (points.cols() > most_features) how.at = surface.described;
   surface.features =
       fpfh(points, normals, options.features.value_or(radius{5 * options.voxel}), how).cwiseSqrt();
@@ -95,7 +94,7 @@ std::shared_ptr<const surface_description> closed_describe(const global_input<S,
     described->oriented = options.oriented || options.viewpoint;
     auto surface = reduced_to_voxels(input, options);
     describe(surface, described->oriented, options);
-    if (options.monitor.progress) options.monitor.progress(1);
+    if (surface.points.cols() == 0 && options.monitor.progress) options.monitor.progress(1);
     if constexpr (D == 2)
       described->flat = std::move(surface);
     else

@@ -42,8 +42,9 @@ void align_pairs(const std::string& folder, const std::string& out, int threads,
   for (const auto& cloud : clouds) described.push_back(describe_surface(cloud, how));
   results.features(clouds.size(), describing);
 
-  std::vector<cloud_type> targets;
-  for (const auto& cloud : clouds) targets.push_back(cloud | estimate_normals(knn{10}));
+  std::vector<cloud_type> with_normals;
+  for (const auto& cloud : clouds)
+    with_normals.push_back(cloud | estimate_normals(radius{global_normals}));
   global_options options{.threads = threads};
   if (solver == "samples") options.solver = sampled_pairs{};
   if (solver == "graduated") options.solver = graduated_pairs{};
@@ -55,11 +56,16 @@ void align_pairs(const std::string& folder, const std::string& out, int threads,
     const std::array spent{finding.wall(), finding.processor()};
     const stopwatch refining;
     const auto fine =
-        align(clouds[j], targets[i],
-              {.initial = found.transform, .max_distance = global_refinement, .threads = threads});
-    results.pair(pair, spent, {refining.wall(), refining.processor()},
-                 std::string{to_string(found.status)}.c_str(), found.overlap,
-                 rows_of(found.transform), rows_of(fine.transform));
+        align(with_normals[j], with_normals[i],
+              {.initial = found.transform, .max_distance = planes_within, .threads = threads});
+    const std::array then{refining.wall(), refining.processor()};
+    const auto finer = align(with_normals[j], with_normals[i],
+                             {.metric = generalized_icp{},
+                              .initial = found.transform,
+                              .max_distance = generalized_within,
+                              .threads = threads});
+    results.pair(pair, spent, then, std::string{to_string(found.status)}.c_str(),
+                 {rows_of(found.transform), rows_of(fine.transform), rows_of(finer.transform)});
   }
 }
 

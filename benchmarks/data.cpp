@@ -277,7 +277,7 @@ void write_global(const std::filesystem::path& folder) {
   std::ofstream names{folder / "frames.txt"};
   for (std::size_t f = 0; f < frames.size(); ++f) {
     voxels.push_back(frames[f] | voxel_downsample(0.05));
-    with_normals.push_back(voxels.back() | estimate_normals(knn{10}));
+    with_normals.push_back(voxels.back() | estimate_normals(radius{0.1}));
     names << frame_name(steps[f]) << '\n';
     write_floats(folder / (frame_name(steps[f]) + ".f32"), voxels.back().points);
   }
@@ -308,14 +308,15 @@ void write_global(const std::filesystem::path& folder) {
   list.precision(9);
   for (const auto& [i, j, overlap, is_sampled] : pairs) {
     const Eigen::Isometry3d recorded = poses[i].inverse() * poses[j];
-    const auto end = [&, i = i, j = j](const metric_choice& metric) {
-      const auto found = align(with_normals[j], with_normals[i],
-                               {.metric = metric, .initial = recorded, .max_distance = 0.1});
+    const auto end = [&, i = i, j = j](const metric_choice& metric, double max_distance) {
+      const auto found =
+          align(with_normals[j], with_normals[i],
+                {.metric = metric, .initial = recorded, .max_distance = max_distance});
       return Eigen::Matrix4d{found.transform.matrix().cast<double>()};
     };
     list << i << ' ' << j << ' ' << overlap << ' ' << is_sampled;
     for (const Eigen::Matrix4d& matrix :
-         {recorded.matrix(), end(point_to_plane{}), end(generalized_icp{})})
+         {recorded.matrix(), end(point_to_plane{}, 0.1), end(generalized_icp{}, 0.05)})
       for (int k = 0; k < 16; ++k) list << ' ' << matrix(k / 4, k % 4);
     list << '\n';
   }

@@ -18,7 +18,7 @@
 /// The edge of the voxels, in metres; radii of normals and features; the distance of a right pair;
 /// and the one within which a transform is refined.
 inline constexpr double global_voxel = 0.05, global_normals = 0.1, global_features = 0.25,
-                        global_refinement = 0.1;
+                        planes_within = 0.1, generalized_within = 0.05;
 
 using rows_of_matrix = std::array<double, 16>;
 
@@ -90,14 +90,14 @@ class found_writer {
     std::fprintf(out_, "features %.3f %.3f\n", watch.wall() / double(frames),
                  watch.processor() / double(frames));
   }
-  /// The pair, the time of finding it, then that of refining it, what the program calls the result,
-  /// the share of points that fit, and both transforms.
+  /// The pair, the times of finding it and of refining it by planes, what the program calls the
+  /// result, and the transforms: as found, refined by planes, and by generalised ICP.
   void pair(const frame_pair& pair, const std::array<double, 2>& found,
-            const std::array<double, 2>& refined, const char* status, double fit,
-            const rows_of_matrix& rough, const rows_of_matrix& fine) {
-    std::fprintf(out_, "pair %zu %zu %.3f %.3f %.3f %.3f %s %.4f", pair.target, pair.source,
-                 found[0], found[1], refined[0], refined[1], status, fit);
-    for (const auto& matrix : {rough, fine})
+            const std::array<double, 2>& refined, const char* status,
+            const std::array<rows_of_matrix, 3>& transforms) {
+    std::fprintf(out_, "pair %zu %zu %.3f %.3f %.3f %.3f %s", pair.target, pair.source, found[0],
+                 found[1], refined[0], refined[1], status);
+    for (const auto& matrix : transforms)
       for (const double x : matrix) std::fprintf(out_, " %.9g", x);
     std::fprintf(out_, "\n");
   }

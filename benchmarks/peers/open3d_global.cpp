@@ -7,11 +7,13 @@
 #include <open3d/pipelines/registration/CorrespondenceChecker.h>
 #include <open3d/pipelines/registration/FastGlobalRegistration.h>
 #include <open3d/pipelines/registration/Feature.h>
+#include <open3d/pipelines/registration/GeneralizedICP.h>
 #include <open3d/pipelines/registration/Registration.h>
 #include <open3d/utility/Logging.h>
 #include <open3d/utility/Random.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -87,11 +89,14 @@ void align_pairs(const std::string& folder, const std::string& out, const std::s
     const std::array spent{finding.wall(), finding.processor()};
     const stopwatch refining;
     const auto fine =
-        registration::RegistrationICP(source, target, global_refinement, rough.transformation_,
+        registration::RegistrationICP(source, target, planes_within, rough.transformation_,
                                       registration::TransformationEstimationPointToPlane{});
-    results.pair(pair, spent, {refining.wall(), refining.processor()},
-                 rough.fitness_ > 0.3 ? "fits" : "fits_not", rough.fitness_,
-                 rows_of(rough.transformation_), rows_of(fine.transformation_));
+    const std::array then{refining.wall(), refining.processor()};
+    const auto finer = registration::RegistrationGeneralizedICP(source, target, generalized_within,
+                                                                rough.transformation_);
+    results.pair(pair, spent, then, rough.fitness_ > 0.3 ? "fits" : "fits not",
+                 {rows_of(rough.transformation_), rows_of(fine.transformation_),
+                  rows_of(finer.transformation_)});
   }
 }
 

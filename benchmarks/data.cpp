@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Writes the data that all benchmark programs read: benchmark_data tasks|sizes|sequence FOLDER
+// Writes the data that all benchmark programs read: benchmark_data tasks|sizes|sequence|global
+// FOLDER
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -200,11 +201,15 @@ void write_sizes(const std::filesystem::path& folder) {
   write("flat_1e6", flat(1'000'000));
 }
 
-/// Frames of a camera on its way, and pairs of each and the one before.
-void write_sequence(const std::filesystem::path& folder) {
-  std::vector<point_cloud<float, 3>> frames;
+/// Frames of a camera on its way.
+struct frames_on_the_way {
+  std::vector<point_cloud<float, 3>> clouds;
   std::vector<Eigen::Isometry3d> poses;
   std::vector<int> steps;
+};
+frames_on_the_way read_frames() {
+  frames_on_the_way all;
+  auto& [frames, poses, steps] = all;
   const auto kinect_folder = real / "rgbd/7scenes_1000";
   for (int step = 0; step < 1000; ++step) {
     const std::string number = std::to_string(step);
@@ -223,16 +228,119 @@ void write_sequence(const std::filesystem::path& folder) {
     frames.push_back(cast<float>(cloud_from_depth(simulated.depth, camera)) | remove_invalid());
     steps.push_back(step);
   }
+  return all;
+}
+
+/// The name of a frame.
+std::string frame_name(int step) {
+  const std::string number = std::to_string(step);
+  return "frame_" + std::string(3 - number.size(), '0') + number;
+}
+
+/// The frames, and pairs of each and the one before.
+void write_sequence(const std::filesystem::path& folder) {
+  const auto [frames, poses, steps] = read_frames();
   pair_writer pairs{folder};
   std::ofstream names{folder / "sets.txt"};
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const std::string number = std::to_string(steps[f]);
-    const std::string name = "frame_" + std::string(3 - number.size(), '0') + number;
+    const std::string name = frame_name(steps[f]);
     names << name << '\n';
     write_floats(folder / (name + ".f32"), frames[f].points);
     if (f > 0 && steps[f] == steps[f - 1] + 1)
       pairs.write(name, frames[f] | voxel_downsample(0.01), frames[f - 1] | voxel_downsample(0.01),
                   0.05, 15, poses[f - 1].inverse() * poses[f]);
+  }
+}
+
+/// The smaller share of points of two sets that are within 10 cm of the other one.
+double overlap_of(const cloud_type& target, const cloud_type& source,
+                  const Eigen::Isometry3d& pose) {
+  const auto moved = transform(source, Eigen::Isometry3f{pose.matrix().cast<float>()});
+  const auto share = [](const cloud_type& from, const cloud_type& onto) {
+    const auto near = kd_tree{onto.points}.find_all(from.points, knn_in_radius{1, 0.1});
+    return double(near.total()) / double(from.size());
+  };
+  return std::min(share(moved, target), share(target, moved));
+}
+
+/// For how many pairs of each kind programs that are slow are asked, too.
+constexpr int sampled_pairs_of_a_kind = 120;
+int kind_of_overlap(double overlap) {
+  return overlap >= 0.7 ? 0 : overlap >= 0.3 ? 1 : overlap >= 0.1 ? 2 : 3;
+}
+
+/// All pairs of frames, to be aligned from anywhere; for each the overlap under the recorded poses,
+/// these, and where two kinds of ICP end that start there.
+void write_global(const std::filesystem::path& folder) {
+  const auto [frames, poses, steps] = read_frames();
+  std::vector<cloud_type> voxels, with_normals;
+  std::ofstream names{folder / "frames.txt"};
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    voxels.push_back(frames[f] | voxel_downsample(0.05));
+    with_normals.push_back(voxels.back() | estimate_normals(radius{0.1}));
+    names << frame_name(steps[f]) << '\n';
+    write_floats(folder / (frame_name(steps[f]) + ".f32"), voxels.back().points);
+  }
+
+  struct described_pair {
+    index_t target, source;
+    double overlap;
+    bool is_sampled;
+  };
+  std::vector<described_pair> pairs;
+  for (index_t i = 0; i < std::ssize(voxels); ++i)
+    for (index_t j = i + 1; j < std::ssize(voxels); ++j)
+      pairs.push_back(
+          {i, j, overlap_of(voxels[i], voxels[j], poses[i].inverse() * poses[j]), false});
+  random_stream random{1};
+  std::vector<std::int32_t> order(pairs.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    order[k] = std::int32_t(k);
+    std::swap(order[k], order[std::size_t(random.below(k + 1))]);
+  }
+  int sampled[4] = {};
+  for (const auto k : order) {
+    auto& pair = pairs[std::size_t(k)];
+    pair.is_sampled = sampled[kind_of_overlap(pair.overlap)]++ < sampled_pairs_of_a_kind;
+  }
+
+  std::ofstream list{folder / "pairs.txt"};
+  list.precision(9);
+  for (const auto& [i, j, overlap, is_sampled] : pairs) {
+    const Eigen::Isometry3d recorded = poses[i].inverse() * poses[j];
+    const auto end = [&, i = i, j = j](const metric_choice& metric, double max_distance) {
+      const auto found =
+          align(with_normals[j], with_normals[i],
+                {.metric = metric, .initial = recorded, .max_distance = max_distance});
+      return Eigen::Matrix4d{found.transform.matrix().cast<double>()};
+    };
+    list << i << ' ' << j << ' ' << overlap << ' ' << is_sampled;
+    for (const Eigen::Matrix4d& matrix :
+         {recorded.matrix(), end(point_to_plane{}, 0.1), end(generalized_icp{}, 0.05)})
+      for (int k = 0; k < 16; ++k) list << ' ' << matrix(k / 4, k % 4);
+    list << '\n';
+  }
+
+  // Features that another program has computed, or the library's.
+  const auto fragments = real / "registration/open3d_feature";
+  int count = 0;
+  for (const char* name : {"a", "b"}) {
+    Eigen::MatrixXf features;
+    const auto path = fragments / ("cloud_bin_" + std::to_string(count) + ".fpfh.bin");
+    if (std::ifstream in{path, std::ios::binary}; in) {
+      in.seekg(0, std::ios::end);
+      Eigen::MatrixXd values(33, (index_t(in.tellg()) - 8) / std::streamoff(33 * sizeof(double)));
+      in.seekg(8);
+      in.read(reinterpret_cast<char*>(values.data()),
+              values.size() * std::streamsize(sizeof(double)));
+      features = values.cast<float>();
+    } else {
+      features = fpfh(with_normals[std::size_t(count)], radius{0.25});
+    }
+    ++count;
+    std::ofstream{folder / ("features_" + std::string{name} + ".f32"), std::ios::binary}.write(
+        reinterpret_cast<const char*>(features.data()),
+        features.size() * std::streamsize(sizeof(float)));
   }
 }
 
@@ -320,8 +428,10 @@ int main(int count, char** arguments) {
     write_sizes(arguments[2]);
   } else if (what == "sequence") {
     write_sequence(arguments[2]);
+  } else if (what == "global") {
+    write_global(arguments[2]);
   } else {
-    std::cerr << "benchmark_data tasks|sizes|sequence FOLDER\n";
+    std::cerr << "benchmark_data tasks|sizes|sequence|global FOLDER\n";
     return 1;
   }
   return 0;

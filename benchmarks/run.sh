@@ -8,6 +8,8 @@
 #   tasks (if not given)   everything, on one scan and one large cloud
 #   sizes                  trees, searches, normals and voxels of 10^4 to 10^7 points, and of uneven ones
 #   sequence               normals of each of a sequence of frames, and each frame aligned to the one before
+#   global                 all pairs of these frames aligned from anywhere, and pairs that are generated; once, with
+#                          --threads only, and --filter is for names as of cilantro_plain and open3d_fgr
 #
 #   --threads "1 2"  numbers of threads, one run each; 1 and as many as there are cores if not given
 #   --rounds N       5 if not given
@@ -23,7 +25,7 @@ fail() { printf 'cilantro: %s\n' "$*" >&2; exit 1; }
 what=tasks rounds='' filter='' threads="1 $(nproc)" json='' svg='' fresh=''
 while [ $# -gt 0 ]; do
   case $1 in
-    tasks | sizes | sequence) what=$1 ;;
+    tasks | sizes | sequence | global) what=$1 ;;
     --threads) threads=$2; shift ;;
     --rounds) rounds=$2; shift ;;
     --filter) filter=$2; shift ;;
@@ -47,6 +49,26 @@ mkdir -p $data
 build/benchmark/benchmarks/benchmark_data $what $data
 rm -rf $results
 [ "$fresh" ] || export GLIBC_TUNABLES=glibc.malloc.mmap_threshold=1073741824:glibc.malloc.trim_threshold=4294967296
+
+if [ $what = global ]; then
+  ours=build/benchmark/benchmarks/global_cilantro other=$peers/global_open3d found=()
+  mkdir -p $results
+  run() { [[ $1 =~ ${filter:-.} ]] && "${@:2}" && found+=("$results/$count/$1.txt"); }
+  for count in $threads; do
+    export OMP_NUM_THREADS=$count
+    mkdir -p "$results/$count"
+    for how in viewpoints plain; do run cilantro_$how $ours pairs $data "$results/$count/cilantro_$how.txt" "$count" $how || true; done
+    for how in samples graduated; do
+      run cilantro_$how $ours pairs $data "$results/$count/cilantro_$how.txt" "$count" viewpoints $how || true
+    done
+    [ ! -x $other ] || for how in ransac fgr; do run open3d_$how $other pairs $data "$results/$count/open3d_$how.txt" $how || true; done
+  done
+  python3 -B benchmarks/global.py $data "${found[@]}"
+  export OMP_NUM_THREADS=1
+  $ours figures $data
+  [ ! -x $other ] || $other figures $data
+  exit
+fi
 
 # VTK and Open3D draw with a display only.
 if [ -z "${DISPLAY:-}" ] && command -v Xvfb > /dev/null; then

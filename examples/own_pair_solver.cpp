@@ -33,12 +33,14 @@ struct translation_votes {
       ++cells[cell].count;
       cells[cell].sum += shift;
     }
-    std::vector<votes> fullest;
-    for (const auto& [cell, found] : cells) fullest.push_back(found);
-    std::ranges::stable_sort(fullest, [](auto& a, auto& b) { return a.count > b.count; });
+    std::vector<std::pair<index_t, std::array<std::int64_t, 3>>> fullest;
+    for (const auto& [cell, found] : cells) fullest.push_back({-found.count, cell});
+    std::ranges::sort(fullest);
     std::vector<pair_proposal<3>> proposals;
-    for (std::size_t k = 0; k < std::min(most, fullest.size()); ++k)
-      proposals.push_back({.translation = fullest[k].sum / double(fullest[k].count)});
+    for (std::size_t k = 0; k < std::min(most, fullest.size()); ++k) {
+      const auto& found = cells[fullest[k].second];
+      proposals.push_back({.translation = found.sum / double(found.count)});
+    }
     return proposals;
   }
 };

@@ -69,7 +69,7 @@ struct few_pairs {
 
 TEST_CASE_TEMPLATE("no transform has more pairs than is proved, by an exhaustive search", Space,
                    test::f3, test::d3, test::d2) {
-  for (std::uint64_t seed = 0; seed < 12; ++seed)
+  for (std::uint64_t seed = 0; seed < 4; ++seed)
     for (const auto& [count, right] : {std::pair{9, 0}, {14, 4}, {16, 9}}) {
       const few_pairs<Space> problem{count, right, 0.01, seed};
       for (const double distance : {0.03, 0.2}) {

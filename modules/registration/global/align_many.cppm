@@ -11,8 +11,9 @@ namespace cilantro {
 
 /// A pair of scans that `align_many` has looked at.
 export struct scan_pair {
-  index_t source = 0, target = 0;                 ///< The numbers of the scans, from 0.
-  global_status status = global_status::too_few;  ///< What was found; `unique` ones are edges.
+  index_t source = 0, target = 0;  ///< The numbers of the scans, from 0.
+  /// What was found; `unique` ones are edges, and so are `degenerate` ones that poses have led to.
+  global_status status = global_status::too_few;
   double overlap = 0;  ///< The share of the source's points that lie on the target.
   index_t edge = -1;   ///< The edge of the pose graph that it became, or −1.
 };
@@ -71,10 +72,11 @@ concept RangeOfScans = std::ranges::random_access_range<R> && std::ranges::sized
 /// does, and makes the poses that agree best with all pairs by `optimize_poses`. `scans` is a range
 /// of clouds, or of points of another kind, in two or three dimensions.
 ///
-/// Only pairs that are `unique` count, each with its information and without what it leaves
-/// undetermined. From the poses that result, pairs that overlap, but were not found, are aligned,
-/// and the graph is optimised again. Scans that nothing connects are in different components, and
-/// how these lie to each other is not known: `result.component_of`.
+/// From anywhere, only pairs that are `unique` count, each with its information. From the poses
+/// that result, pairs that overlap, but were not found, are aligned, also those that leave
+/// something undetermined, which does not count; and the graph is optimised again. Scans that
+/// nothing connects are in different components, and how these lie to each other is not known:
+/// `result.component_of`.
 ///
 /// Coordinates are those of the `points`: origins of clouds are ignored. The same bits for any
 /// number of threads. Throws `invalid_input` for options that make no sense, and for another number

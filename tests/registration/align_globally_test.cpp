@@ -159,6 +159,22 @@ TEST_CASE("two equally good answers are both returned, and called ambiguous") {
   CHECK(std::min(both.error(found.transform), both.error(other)) < 0.03);
 }
 
+TEST_CASE("a patch that is matched wrongly as a whole is no proof") {
+  // Wrong pairs next to one another agree, as those of a wall do.
+  pair_problem<test::d3> problem{300, 0, 0, 3};
+  random_stream random{5};
+  for (index_t i = 0; i < 30; ++i) {
+    const Eigen::Vector3d p{0.5 + random.uniform(0, 0.12), 0.5 + random.uniform(0, 0.12), 0.5};
+    problem.source.col(i) = p;
+    problem.target.col(i) =
+        problem.linear * (p + Eigen::Vector3d{0.1, -0.2, 0.1}) + problem.translation;
+  }
+  const auto found =
+      align_globally(problem.source, problem.target, problem.pairs, {.max_distance = 0.03});
+  CHECK(found.status == global_status::ambiguous);
+  CHECK(found.inliers.size() >= 30);
+}
+
 TEST_CASE("points on a plane fix the transform, and a mirror image never wins") {
   pair_problem<test::d3> problem{300, 300, 0, 5};
   for (index_t i = 0; i < 300; ++i) {

@@ -40,6 +40,9 @@ constexpr double most_contradicted = 0.03, confirmed = 0.01;
 constexpr double least_significance = 4;
 /// A candidate that so much less pairs agree with is no rival, whatever its points say.
 constexpr double clear_share = 0.15;
+/// Pairs closer than this many times the distance of a right one do not speak for a transform by
+/// themselves.
+constexpr double places_apart = 2;
 /// A candidate whose score is this share of the best one's might be the right one.
 constexpr double rival_share = 0.8;
 
@@ -272,7 +275,10 @@ class global_registration {
              least_significance;
     });
     if (candidates_.empty()) return;
-    result.status = has_rival() ? global_status::ambiguous : global_status::unique;
+    const bool is_sure =
+        significance(separate_places(candidates_.front().pairs.members), pairs_.size(), D,
+                     agreeing_by_chance(candidates_.front().proposal)) >= least_significance;
+    result.status = is_sure && !has_rival() ? global_status::unique : global_status::ambiguous;
     const known_pairs fit = agreeing_points(candidates_.front());
     const known_pairs_searcher searcher{fit.source, fit.target, fit.pairs};
     const auto map = absolute(candidates_.front().proposal);
@@ -286,6 +292,23 @@ class global_registration {
              evaluate(searcher, estimator,
                       make_transform<rigid_transform<double, D>>(map.linear(), map.translation())));
     }
+  }
+
+  /// How many of some pairs are apart from one another, at most 256. Wrong pairs are not wrong
+  /// independently of those next to them: a wall is matched to another one as a whole. In a plane
+  /// all count, since right pairs alone are as close as that there.
+  [[nodiscard]] index_t separate_places(const index_list& members) const {
+    if constexpr (D == 2) return std::ssize(members);
+    const double least = places_apart * pairs_.max_distance;
+    index_list kept;
+    for (const auto i : members) {
+      if (std::ranges::all_of(kept, [&](index_t j) {
+            return (pairs_.source.col(i) - pairs_.source.col(j)).squaredNorm() > least * least;
+          }))
+        kept.push_back(i);
+      if (std::ssize(kept) == 256) break;
+    }
+    return std::ssize(kept);
   }
 
   /// The share of random pairings that agree with a transform.

@@ -174,11 +174,15 @@ std::shared_ptr<const surface_description> closed_describe(const global_input<S,
 export template <Scalar S, int D>
 class described_surface {
  public:
-  explicit described_surface(described_parts parts) : parts_{std::move(parts)} {}
+  /// For `describe_surface`.
+  explicit described_surface(described_parts parts) : parts_{std::move(parts)} {
+    expects(parts_.all != nullptr, "described_surface: make it by describe_surface");
+  }
 
   /// The number of voxels.
   [[nodiscard]] index_t size() const { return voxels_of(*parts_.all); }
-  /// The square roots of their `fpfh`, one per column.
+  /// The square roots of their `fpfh`, one per column; of more than 10,000 voxels, of so many of
+  /// them.
   [[nodiscard]] const Eigen::MatrixXf& features() const { return features_of(*parts_.all); }
   [[nodiscard]] const described_parts& parts() const { return parts_; }
 

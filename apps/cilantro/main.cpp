@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|warp|odometry|model|segment|plane|hull|crop|picture|html|view: point
-// clouds on the command line. Ends with 0, with 1 if something failed, and with 2 if the command
-// line makes no sense.
+// cilantro info|convert|run|align|warp|odometry|model|segment|plane|hull|crop|picture|html|view:
+// point clouds on the command line. Ends with 0, with 1 if something failed, and with 2 if the
+// command line makes no sense.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>

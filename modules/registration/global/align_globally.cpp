@@ -150,7 +150,6 @@ found_globally closed_align_globally(const global_input<S, D>& source,
 }
 
 surface_options source_options(const global_options& o) {
-  // What comes after tells how far it is.
   return {o.voxel,   o.normals,           o.features, o.oriented, o.source_viewpoint,
           o.threads, {{}, o.monitor.stop}};
 }

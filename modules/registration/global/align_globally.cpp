@@ -150,12 +150,10 @@ found_globally closed_align_globally(const global_input<S, D>& source,
 }
 
 surface_options source_options(const global_options& o) {
-  return {o.voxel,   o.normals,           o.features, o.oriented, o.source_viewpoint,
-          o.threads, {{}, o.monitor.stop}};
+  return {o.voxel, o.normals, o.features, o.oriented, o.source_viewpoint, o.threads, o.monitor};
 }
 surface_options target_options(const global_options& o) {
-  return {o.voxel,   o.normals,           o.features, o.oriented, o.target_viewpoint,
-          o.threads, {{}, o.monitor.stop}};
+  return {o.voxel, o.normals, o.features, o.oriented, o.target_viewpoint, o.threads, o.monitor};
 }
 void expect_scales(const global_options& options, bool are_searched) {
   expects(options.scales.has_value() == are_searched,

@@ -73,9 +73,9 @@ void scale_to_one(feature& all) {
 
 /// Of a feature and that of the flipped surface, the one in which more lies above than below.
 void choose_sign(feature& all) {
+  constexpr int middle = histogram_bins / 2;
   float balance = 0;
-  for (int b = 0; b < histogram_bins; ++b)
-    balance += float(b - histogram_bins / 2) * histogram(all, 2)[b];
+  for (int b = 0; b < histogram_bins; ++b) balance += float(b - middle) * histogram(all, 2)[b];
   if (balance >= 0) return;
   std::ranges::reverse(histogram(all, 0));
   std::ranges::reverse(histogram(all, 2));

@@ -47,7 +47,10 @@ double narrowed(double widening) {
 /// Iterations until a kernel that starts so wide is as wide as given.
 int narrowing_iterations(double widening) {
   int count = 0;
-  for (; widening > 1; widening = narrowed(widening)) ++count;
+  while (widening > 1) {
+    widening = narrowed(widening);
+    ++count;
+  }
   return count;
 }
 

@@ -19,9 +19,7 @@ import cilantro.geometry;
 import :align_globally;
 import :concepts;
 import :correspondence;
-import :evaluate;
 import :global_problem;
-import :known_pairs;
 import :least_squares;
 import :motion;
 import :pair_fit;
@@ -153,8 +151,11 @@ class global_registration {
     const double extent = std::sqrt(pairs_.target.squaredNorm() / double(pairs_.size()));
     const double step = 1 + std::clamp(pairs_.max_distance / extent, 0.005, 0.5);
     std::vector<double> all;
-    for (double scale = options_.scales->smallest; scale < options_.scales->largest; scale *= step)
+    double scale = options_.scales->smallest;
+    while (scale < options_.scales->largest) {
       all.push_back(scale);
+      scale *= step;
+    }
     all.push_back(options_.scales->largest);
     return all;
   }
@@ -203,17 +204,16 @@ class global_registration {
                      agreeing_by_chance(candidates_.front().proposal)) >= least_significance;
     result.status = is_sure && !has_rival() ? global_status::unique : global_status::ambiguous;
     const known_pairs fit = agreeing_points(candidates_.front());
-    const known_pairs_searcher searcher{fit.source, fit.target, fit.pairs};
     const auto map = absolute(candidates_.front().proposal);
     if (pairs_.any_scale) {
       const least_squares_estimator<double, D, point_to_point, similarity_motion> estimator{
           fit.source, fit.target};
-      finish(result, evaluate(searcher, estimator, map));
+      finish(result, estimator.estimate(map, fit.pairs).fit);
     } else {
       const point_to_point_estimator<double, D> estimator{fit.source, fit.target};
-      finish(result,
-             evaluate(searcher, estimator,
-                      make_transform<rigid_transform<double, D>>(map.linear(), map.translation())));
+      const auto rigid =
+          make_transform<rigid_transform<double, D>>(map.linear(), map.translation());
+      finish(result, estimator.estimate(rigid, fit.pairs).fit);
     }
   }
 

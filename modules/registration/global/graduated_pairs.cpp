@@ -56,8 +56,8 @@ std::vector<pair_proposal<D>> propose_graduated(const graduated_pairs& solver,
   const double extent = (pairs.target.colwise() - pairs.target.rowwise().mean()).norm() /
                         std::sqrt(double(pairs.size()));
   const double least = pairs.max_distance * pairs.max_distance;
-  for (double scale = std::max(4 * extent * extent, least); scale >= least;
-       scale /= solver.narrowing) {
+  double scale = std::max(4 * extent * extent, least);
+  while (scale >= least) {
     if (how.monitor.stop.stop_requested()) throw cancelled{};
     for (std::size_t k = 0; k < members.size(); ++k) {
       const double square = (found->rotation * pairs.source.col(members[k]) + found->translation -
@@ -69,6 +69,7 @@ std::vector<pair_proposal<D>> propose_graduated(const graduated_pairs& solver,
     const auto next = fit_pairs<D>(pairs, members, weights);
     if (!next) break;
     found = next;
+    scale /= solver.narrowing;
   }
   return {*found};
 }

@@ -30,7 +30,7 @@ struct scored_sample {
 template <int D>
 index_list draw(const putative_pairs<D>& pairs, std::uint64_t seed, index_t number) {
   random_stream random{seed, static_cast<std::uint64_t>(number)};
-  const auto drawn = distinct_sample(pairs.size(), D, random);
+  auto drawn = distinct_sample(pairs.size(), D, random);
   for (std::size_t a = 0; a < drawn.size(); ++a)
     for (std::size_t b = a + 1; b < drawn.size(); ++b)
       if (!equal_lengths{}(pairs[drawn[a]], pairs[drawn[b]], pairs)) return {};

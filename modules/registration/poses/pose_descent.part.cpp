@@ -64,10 +64,12 @@ class pose_descent {
     const auto at_start = chi_squares(poses);
     for (std::size_t e = 0; e < edges_.size(); ++e)
       if (!edges_[e].trusted) worst = std::max(worst, at_start[e]);
-    for (double wider = std::sqrt(worst) / half; wider > 1; wider /= narrower) {
+    double wider = std::sqrt(worst) / half;
+    while (wider > 1) {
       const auto w = weights(chi_squares(poses), wider);
       for (int i = 0; i < iterations_each && iterations_ < options_.max_iterations; ++i)
         if (improve(poses, w)) break;
+      wider /= narrower;
     }
   }
 

@@ -19,9 +19,6 @@ import :surface_fit;
 namespace cilantro {
 namespace {
 
-/// Of points that another scan should see, the share that may lie before what it has seen.
-constexpr double most_contradicted_closure = 0.03;
-
 /// What two scans say of each other.
 template <int D>
 struct scan_link {
@@ -173,7 +170,7 @@ class scan_graph {
     const double overlap = overlap_of(found);
     if (overlap < options_.min_overlap) return std::nullopt;
     const auto evidence = onto.compare(found, 1);
-    if (evidence.contradicted_share() > most_contradicted_closure) return std::nullopt;
+    if (evidence.contradicted_share() > most_contradicted) return std::nullopt;
     const auto map = between_origins<D>(found, source.center, target.center);
     const auto local = around_origin<D>(fit, target.center);
     return scan_link<D>{

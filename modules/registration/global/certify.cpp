@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <ostream>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "core/closed_spaces.hpp"

@@ -37,8 +37,8 @@ inline constexpr std::size_t most_compared = 24, most_refined = 8;
 /// Pairs that must agree where nothing but pairs and overlap speaks for a transform, and where
 /// viewpoints do.
 inline constexpr index_t enough_pairs = 30, enough_pairs_seen = 8;
-/// What is contradicted more is wrong; what is contradicted less is confirmed.
-inline constexpr double most_contradicted = 0.03, confirmed = 0.01;
+/// What viewpoints contradict less is confirmed.
+inline constexpr double confirmed = 0.01;
 /// By pairs alone, what chance would give less often than in one of 10 to the power of this many
 /// cases is no chance.
 inline constexpr double least_significance = 4;
@@ -199,9 +199,8 @@ class global_registration {
              least_significance;
     });
     if (candidates_.empty()) return;
-    const bool is_sure =
-        significance(separate_places(candidates_.front().pairs.members), pairs_.size(), D,
-                     agreeing_by_chance(candidates_.front().proposal)) >= least_significance;
+    const bool is_sure = significance(separate_places(candidates_.front().pairs.members),
+                                      pairs_.size(), D, chance) >= least_significance;
     result.status = is_sure && !has_rival() ? global_status::unique : global_status::ambiguous;
     const known_pairs fit = agreeing_points(candidates_.front());
     const auto map = absolute(candidates_.front().proposal);

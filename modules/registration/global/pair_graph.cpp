@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <functional>

@@ -91,6 +91,9 @@ struct voxel_surface {
   std::optional<seen_distances<D>> seen;  ///< If there is a viewpoint.
 };
 
+/// A transform is wrong if a larger share of what viewpoints should see contradicts it.
+inline constexpr double most_contradicted = 0.03;
+
 /// What a comparison of two surfaces has found.
 struct surface_evidence {
   index_t compared = 0;  ///< Points of the source.

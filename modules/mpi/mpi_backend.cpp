@@ -125,7 +125,7 @@ class session::job {
   std::terminate_handler terminate_before_ = nullptr;
 
   std::timed_mutex mpi_;  // One thread calls MPI at a time.
-  std::atomic<bool> ending_ = false, closing_ = false;
+  std::atomic<bool> ending_ = false, closing_ = false, left_ = false;
 
   std::mutex asking_, tickets_;  // Held in this order.
   std::int64_t round_ = 0, next_ = 0, count_ = 0;
@@ -229,6 +229,7 @@ void session::job::end(const std::string& sentence) {
 }
 
 void session::job::leave() {
+  left_ = true;
   say("is left by an exception");
   std::thread{[this] {
     std::this_thread::sleep_for(2s);
@@ -239,7 +240,7 @@ void session::job::leave() {
 void session::job::at_exit() {
   // While the job is there, `exit` was called below it, or an exception has passed it.
   if (job* const now = current(); now && !now->ending_) {
-    if (std::uncaught_exceptions() == 0 && !now->closing_) now->say("has ended before the others");
+    if (!now->left_) now->say("has ended before the others");
     now->abort();
   }
 }

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // What one rank does; started several times by on_ranks.sh. See CMakeLists.txt for what there is.
+#include <algorithm>
+#include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <iostream>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -46,8 +50,22 @@ void misbehave(const std::string& how, mpi::communicator& ranks) {
   throw std::invalid_argument{how};
 }
 
+/// Ten seconds of work for four ranks, of which the first says what each has done.
+void work(mpi::communicator& ranks) {
+  ranks.deal(400);
+  int done = 0;
+  for (; ranks.next_ticket(); ++done) std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  for (const auto& theirs : ranks.all_gather(std::as_bytes(std::span{&done, 1}))) {
+    std::ranges::copy(theirs, std::as_writable_bytes(std::span{&done, 1}).begin());
+    if (ranks.rank() == 0) std::cout << done << " tickets\n";
+  }
+}
+
 void run(const std::string& how, int& argc, char**& argv) {
-  mpi::communicator ranks{argc, argv, {.patience = how == "stands_still" ? 2.0 : 60.0}};
+  double patience = how == "stands_still" ? 2 : 60;
+  if (argc > 2) patience = std::stod(argv[2]);
+  mpi::communicator ranks{argc, argv, {.patience = patience}};
+  if (how == "works") return work(ranks);
   if (how == "check") return check(ranks);
   if (how == "second") {
     try {

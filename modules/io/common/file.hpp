@@ -23,6 +23,8 @@ class input_file {
   [[nodiscard]] std::uint64_t size() const { return size_; }
   /// Up to `count` bytes; fewer only at the end of the file.
   std::size_t read(char* out, std::size_t count);
+  /// Makes byte `place` the next one that is read.
+  void seek(std::uint64_t place);
 
  private:
   int descriptor_ = -1;

@@ -30,21 +30,29 @@ auto with_place(const std::filesystem::path& name, F read) {
   }
 }
 
+/// `use()`, with what the system says about the file at `path` said as an error of it.
+template <class F>
+auto with_readable(const std::filesystem::path& path, F use) {
+  try {
+    return use();
+  } catch (const std::system_error& error) {
+    throw io_error{path, error.code().value() == EINVAL
+                             ? "cannot be read: it is not a regular file"
+                             : "cannot be read: " + error.code().message()};
+  }
+}
+
 /// `read(stream)` of the file at `path`.
 template <class F>
 auto with_stream(const std::filesystem::path& path, F read) {
-  try {
+  return with_readable(path, [&] {
     detail::input_file file{path};
     return with_place(path, [&] {
       detail::byte_stream stream{
           file.size(), [&](char* out, std::size_t count) { return file.read(out, count); }};
       return read(stream);
     });
-  } catch (const std::system_error& error) {
-    throw io_error{path, error.code().value() == EINVAL
-                             ? "cannot be read: it is not a regular file"
-                             : "cannot be read: " + error.code().message()};
-  }
+  });
 }
 
 /// `read(stream)` of bytes in memory.

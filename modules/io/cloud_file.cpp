@@ -7,6 +7,8 @@ module;
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,26 +18,12 @@ module;
 module cilantro.io;
 
 import :cloud_builder;
+import :cloud_source;
+import :file_ending;
 import :file_scope;
 
 namespace cilantro {
 namespace {
-
-enum class ending { ply, pcd, text, csv, pts, npy, raw };
-
-ending ending_of(const std::filesystem::path& path, const char* who) {
-  std::string name = path.extension().string();
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (name == ".ply") return ending::ply;
-  if (name == ".pcd") return ending::pcd;
-  if (name == ".xyz" || name == ".txt" || name == ".asc") return ending::text;
-  if (name == ".csv") return ending::csv;
-  if (name == ".pts") return ending::pts;
-  if (name == ".npy") return ending::npy;
-  if (name == ".bin") return ending::raw;
-  throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
-                      known_cloud_files() + "; .npy and .bin are read, too"};
-}
 
 /// The usual names of the columns of an array: coordinates, then an intensity, or others.
 template <int D>
@@ -70,34 +58,98 @@ point_cloud<S, D> read_rows(const std::filesystem::path& path, const read_option
 /// Floats x, y, z and an intensity for each point, in the byte order of nearly all machines, and
 /// nothing else: the scans of KITTI.
 template <Scalar S, int D>
-point_cloud<S, D> read_raw(const std::filesystem::path& path, const read_options& options) {
-  return with_stream(path, [&](detail::byte_stream& in) {
-    constexpr std::size_t record = 4 * sizeof(float), piece = 4096;
+class raw_source : public cloud_source<S, D> {
+ public:
+  raw_source(const std::filesystem::path& path, const read_options& options)
+      : file_{path}, options_{options} {
+    auto& in = file_.stream();
     if (in.size() % record != 0)
       in.fail_at_byte("the file has " + std::to_string(in.size()) +
                       " bytes, and a point of four floats takes 16");
-    if (in.size() / record > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
-      in.fail_at_byte("there are more than 2^31 - 1 points");
-    const auto n = static_cast<index_t>(in.size() / record);
-    cloud_builder<S, D> builder{usual_fields<D>(4, detail::number::float32), options.origin};
+    count_ = in.size() / record;
+  }
+
+  [[nodiscard]] std::optional<std::uint64_t> size() const override { return count_; }
+  point_cloud<S, D> read(index_t most) override {
+    const std::uint64_t done = count_ - file_.stream().remaining() / record;
+    const auto n = static_cast<index_t>(std::min(static_cast<std::uint64_t>(most), count_ - done));
+    cloud_builder<S, D> builder{usual_fields<D>(4, detail::number::float32), options_.origin};
+    builder.agree_with(this->agreement());
     builder.resize(n);
     for (index_t first = 0; first < n; first += piece) {
-      watch(options.monitor, double(first), double(n));
+      watch(options_.monitor, double(done) + double(first), double(count_));
       const index_t some = std::min<index_t>(piece, n - first);
-      const char* data = in.take(static_cast<std::size_t>(some) * record);
+      const char* data = file_.stream().take(static_cast<std::size_t>(some) * record);
       for (std::size_t c = 0; c < 4; ++c)
         builder.store_column(c, first, some, data + c * sizeof(float), record,
                              std::endian::native == std::endian::big);
     }
-    watch(options.monitor, 1, 1);
     return builder.finish({});
+  }
+  bool seek(std::uint64_t first) override {
+    file_.seek(std::min(first, count_) * record);
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t record = 4 * sizeof(float), piece = 4096;
+
+  open_file file_;
+  read_options options_;
+  std::uint64_t count_ = 0;
+};
+
+template <Scalar S, int D>
+point_cloud<S, D> read_raw(const std::filesystem::path& path, const read_options& options) {
+  return with_file(path, [&] {
+    raw_source<S, D> source{path, options};
+    if (*source.size() > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
+      throw io_error{path, "there are more than 2^31 - 1 points"};
+    auto cloud = source.read(static_cast<index_t>(*source.size()));
+    watch(options.monitor, 1, 1);
+    return cloud;
   });
 }
 
 }  // namespace
 
+ending ending_of(const std::filesystem::path& path, const char* who) {
+  std::string name = path.extension().string();
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (name == ".ply") return ending::ply;
+  if (name == ".pcd") return ending::pcd;
+  if (name == ".xyz" || name == ".txt" || name == ".asc") return ending::text;
+  if (name == ".csv") return ending::csv;
+  if (name == ".pts") return ending::pts;
+  if (name == ".npy") return ending::npy;
+  if (name == ".bin") return ending::raw;
+  throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
+                      known_cloud_files() + "; .npy and .bin are read, too"};
+}
+
 std::string known_cloud_files() {
   return ".ply, .pcd, .xyz, .txt, .asc, .csv or .pts";
+}
+
+template <Scalar S, int D>
+source_pointer<S, D> open_source(const std::filesystem::path& path, const read_options& options) {
+  return with_file(path, [&]() -> source_pointer<S, D> {
+    switch (ending_of(path, "cloud_reader")) {
+      case ending::ply:
+        return open_ply<S, D>(path, options);
+      case ending::pcd:
+        return open_pcd<S, D>(path, options);
+      case ending::text:
+      case ending::csv:
+      case ending::pts:
+        return open_text<S, D>(path, options);
+      case ending::raw:
+        return std::make_unique<raw_source<S, D>>(path, options);
+      case ending::npy:
+        break;
+    }
+    return std::make_unique<whole_source<S, D>>(read_cloud<S, D>(path, options));
+  });
 }
 
 template <Scalar S, int D>
@@ -148,6 +200,7 @@ void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& pa
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                                \
+  template source_pointer<S, D> open_source(const std::filesystem::path&, const read_options&);   \
   template point_cloud<S, D> read_cloud<S, D>(const std::filesystem::path&, const read_options&); \
   template void write_cloud(const point_cloud<S, D>&, const std::filesystem::path&,               \
                             const task_monitor&);

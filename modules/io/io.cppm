@@ -9,5 +9,6 @@ export import :ply;
 export import :pcd;
 export import :text;
 export import :cloud_file;
+export import :cloud_reader;
 export import :matrix_file;
 export import :image_file;

@@ -31,7 +31,9 @@ class byte_stream {
  public:
   using refill = std::function<std::size_t(char*, std::size_t)>;
 
-  byte_stream(std::uint64_t size, refill more) : size_{size}, more_{std::move(more)} {}
+  /// Of `size` bytes, of which `more` gives those from `first` on.
+  byte_stream(std::uint64_t size, refill more, std::uint64_t first = 0)
+      : size_{size}, loaded_{first}, more_{std::move(more)} {}
 
   /// Where the next byte to be taken is in the file.
   [[nodiscard]] std::uint64_t position() const { return loaded_ - (end_ - begin_); }
@@ -130,7 +132,7 @@ class byte_stream {
     loaded_ += got;
   }
 
-  std::uint64_t size_, loaded_ = 0, line_ = 0;
+  std::uint64_t size_, loaded_, line_ = 0;
   refill more_;
   std::vector<char> room_;
   std::size_t begin_ = 0, end_ = 0;

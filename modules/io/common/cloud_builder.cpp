@@ -226,10 +226,10 @@ void cloud_builder<S, D>::scale_colors() {
   for (const float c : cloud_.colors.reshaped())
     if (std::isfinite(c)) most = std::max(most, c);
   // With room for rounding, which must not change the unit of a whole cloud.
-  if (most > 256)
-    cloud_.colors /= 65535.0f;
-  else if (most > 1.5f)
-    cloud_.colors /= 255.0f;
+  float unit = most > 256 ? 65535.0f : most > 1.5f ? 255.0f : 1.0f;
+  if (agreement_ != nullptr)
+    unit = *(agreement_->color_unit ? agreement_->color_unit : agreement_->color_unit = unit);
+  if (unit != 1) cloud_.colors /= unit;
   if (most > 1) cloud_.colors = cloud_.colors.cwiseMin(1.0f);
 }
 
@@ -238,7 +238,9 @@ point_cloud<S, D> cloud_builder<S, D>::finish(std::vector<std::string> comments)
   const auto noted = take_origin<D>(comments);
   take_size(comments);
   cloud_.comments = std::move(comments);
-  if (noted && origin_ == origin_policy::automatic)
+  if (agreement_ != nullptr && agreement_->origin)
+    cloud_.origin = *agreement_->origin;
+  else if (noted && origin_ == origin_policy::automatic)
     cloud_.origin = *noted;
   else if (is_wide_)
     choose_origin();

@@ -34,6 +34,13 @@ struct file_field {
   bool is_skipped = false;
 };
 
+/// What the pieces of one file have in common, which the first of them decides.
+template <int D>
+struct piece_agreement {
+  std::optional<point_vector<double, D>> origin = {};
+  std::optional<float> color_unit = {};  ///< What a floating colour of full intensity is.
+};
+
 /// Sends the columns of a file to points, normals, colours and attributes of a cloud.
 template <Scalar S, int D>
 class cloud_builder {
@@ -45,6 +52,13 @@ class cloud_builder {
   /// bits or as floating numbers, the colours; rgb and rgba, of 32 bits, colours, too, if they are
   /// packed. Case does not matter. Every other column becomes an attribute.
   cloud_builder(std::vector<file_field> fields, origin_policy origin, style how = style::plain);
+
+  /// Makes this a piece of a file: an origin that was agreed is used, whatever the numbers or the
+  /// file say, and so is a unit of colours, which is noted if it was not known. Before `resize`.
+  void agree_with(piece_agreement<D>& others) {
+    agreement_ = &others;
+    if (others.origin) is_wide_ = std::same_as<S, float>;
+  }
 
   [[nodiscard]] bool has_points() const { return has_points_; }
   /// Makes room. Nothing is asked for before.
@@ -118,6 +132,7 @@ class cloud_builder {
 
   std::vector<file_field> fields_;
   origin_policy origin_;
+  piece_agreement<D>* agreement_ = nullptr;
   bool is_text_;
   bool has_points_ = false, with_normals_ = false, with_colors_ = false;
   bool is_wide_ = false;  ///< Whether coordinates are kept in double until all are known.

@@ -71,6 +71,10 @@ std::size_t input_file::read_at(std::uint64_t at, char* out, std::size_t count) 
   return total;
 }
 
+void input_file::seek(std::uint64_t place) {
+  if (::lseek(descriptor_, static_cast<off_t>(place), SEEK_SET) < 0) fail(errno);
+}
+
 output_file::output_file(const std::filesystem::path& path) {
   std::error_code ignored;
   // Renaming over a symbolic link would replace the link, not what it points to.

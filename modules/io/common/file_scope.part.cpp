@@ -5,8 +5,10 @@ module;
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <system_error>
@@ -19,7 +21,7 @@ import cilantro.core;
 
 namespace cilantro {
 
-/// `read(stream)`, with what is wrong with the content said as an error of the file `name`.
+/// `read()`, with what is wrong with the content said as an error of the file `name`.
 template <class F>
 auto with_place(const std::filesystem::path& name, F read) {
   try {
@@ -30,11 +32,11 @@ auto with_place(const std::filesystem::path& name, F read) {
   }
 }
 
-/// `use()`, with what the system says about the file at `path` said as an error of it.
+/// As above, with what the system says of the file, too.
 template <class F>
-auto with_readable(const std::filesystem::path& path, F use) {
+auto with_file(const std::filesystem::path& path, F read) {
   try {
-    return use();
+    return with_place(path, read);
   } catch (const std::system_error& error) {
     throw io_error{path, error.code().value() == EINVAL
                              ? "cannot be read: it is not a regular file"
@@ -42,16 +44,31 @@ auto with_readable(const std::filesystem::path& path, F use) {
   }
 }
 
+/// A file that stays open between the calls that read from it.
+class open_file {
+ public:
+  explicit open_file(const std::filesystem::path& path) : file_{path} { seek(0); }
+
+  [[nodiscard]] detail::byte_stream& stream() { return *stream_; }
+  /// Goes on at byte `place`.
+  void seek(std::uint64_t place) {
+    file_.seek(place);
+    stream_.emplace(
+        file_.size(), [this](char* out, std::size_t count) { return file_.read(out, count); },
+        place);
+  }
+
+ private:
+  detail::input_file file_;
+  std::optional<detail::byte_stream> stream_;
+};
+
 /// `read(stream)` of the file at `path`.
 template <class F>
 auto with_stream(const std::filesystem::path& path, F read) {
-  return with_readable(path, [&] {
-    detail::input_file file{path};
-    return with_place(path, [&] {
-      detail::byte_stream stream{
-          file.size(), [&](char* out, std::size_t count) { return file.read(out, count); }};
-      return read(stream);
-    });
+  return with_file(path, [&] {
+    open_file file{path};
+    return read(file.stream());
   });
 }
 

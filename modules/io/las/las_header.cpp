@@ -194,9 +194,9 @@ las_layout read_las_layout(const random_bytes& file) {
 }
 
 las_info las_header(const std::filesystem::path& path) {
-  return with_readable(path, [&] {
+  return with_file(path, [&] {
     const random_bytes file{path};
-    return with_place(path, [&] { return read_las_layout(file).info; });
+    return read_las_layout(file).info;
   });
 }
 

@@ -9,6 +9,8 @@ module;
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,6 +25,7 @@ module;
 module cilantro.io;
 
 import :cloud_builder;
+import :cloud_source;
 import :file_scope;
 
 namespace cilantro {
@@ -48,31 +51,21 @@ template <Scalar S, int D>
 class pcd_reader {
  public:
   pcd_reader(byte_stream& in, const read_options& options)
-      : in_{in},
-        monitor_{options.monitor},
-        header_{pcd::read_header(in)},
-        fields_{fields_of(header_)},
-        builder_{fields_, options.origin, cloud_builder<S, D>::style::packed} {
-    if (!builder_.has_points())
+      : in_{in}, options_{options}, header_{pcd::read_header(in)}, fields_{fields_of(header_)} {
+    begin(0);
+    if (!builder_->has_points())
       in_.fail_at_line(D == 2 ? "the points have no x and y" : "the points have no x, y and z");
-    if (header_.points > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
-      in_.fail_at_line("there are more than 2^31 - 1 points");
-    count_ = static_cast<index_t>(header_.points);
+    if (header_.data == encoding::ascii) expect_bytes(2 * header_.columns());
+    if (header_.data == encoding::binary) expect_bytes(header_.record());
   }
 
+  [[nodiscard]] const pcd::header& header() const { return header_; }
+
   point_cloud<S, D> read() {
-    switch (header_.data) {
-      case encoding::ascii:
-        read_lines();
-        break;
-      case encoding::binary:
-        read_records();
-        break;
-      case encoding::binary_compressed:
-        read_compressed();
-    }
-    watch(monitor_, 1, 1);
-    auto cloud = builder_.finish(std::move(header_.comments));
+    if (header_.points > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
+      in_.fail_at_line("there are more than 2^31 - 1 points");
+    auto cloud = read(0, static_cast<index_t>(header_.points));
+    watch(options_.monitor, 1, 1);
     // A height of 1 is what a cloud without organisation is written with. Both fit, as their
     // product does.
     if (header_.height > 1 && header_.width > 0) {
@@ -82,7 +75,33 @@ class pcd_reader {
     return cloud;
   }
 
+  /// The points `first` to `first + count` − 1, which are the next ones; all of them if they are
+  /// compressed.
+  point_cloud<S, D> read(std::uint64_t first, index_t count,
+                         piece_agreement<D>* agreement = nullptr) {
+    begin(first);
+    if (agreement != nullptr) builder_->agree_with(*agreement);
+    // How much is compressed is not known yet, and may be a lie.
+    if (header_.data != encoding::binary_compressed) builder_->resize(count);
+    switch (header_.data) {
+      case encoding::ascii:
+        read_lines(count);
+        break;
+      case encoding::binary:
+        read_records(count);
+        break;
+      case encoding::binary_compressed:
+        read_compressed(count);
+    }
+    return builder_->finish(header_.comments);
+  }
+
  private:
+  void begin(std::uint64_t first) {
+    builder_.emplace(fields_, options_.origin, cloud_builder<S, D>::style::packed);
+    first_ = double(first);
+  }
+
   /// Refuses a count that the rest of the file cannot hold before any memory is asked for.
   void expect_bytes(std::uint64_t each) {
     if (each == 0 || header_.points > (in_.remaining() + 1) / each)
@@ -91,11 +110,9 @@ class pcd_reader {
                        std::to_string(in_.remaining()) + " bytes are left");
   }
 
-  void read_lines() {
-    expect_bytes(2 * header_.columns());
-    builder_.resize(count_);
-    for (index_t i = 0; i < count_; ++i) {
-      if (i % 4096 == 0) watch(monitor_, double(i), double(count_));
+  void read_lines(index_t count) {
+    for (index_t i = 0; i < count; ++i) {
+      if (i % 4096 == 0) watch(options_.monitor, first_ + double(i), double(header_.points));
       word_reader words{next_line(), true};
       for (std::size_t f = 0; f < fields_.size(); ++f)
         detail::visit_number(fields_[f].type, [&]<class T>(T value) {
@@ -104,7 +121,7 @@ class pcd_reader {
           if (!detail::parse_number(word, value))
             in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no value of \"" +
                              fields_[f].name + "\"");
-          builder_.store(f, i, value);
+          builder_->store(f, i, value);
         });
       if (!words.done()) in_.fail_at_line("there are more values than fields");
     }
@@ -119,25 +136,23 @@ class pcd_reader {
     }
   }
 
-  void read_records() {
+  void read_records(index_t count) {
     const std::uint64_t record = header_.record();
-    expect_bytes(record);
-    builder_.resize(count_);
     const auto at_a_time =
         static_cast<index_t>(std::max<std::uint64_t>(1, (std::uint64_t{1} << 16) / record));
-    for (index_t first = 0; first < count_; first += at_a_time) {
-      watch(monitor_, double(first), double(count_));
-      const index_t n = std::min(at_a_time, count_ - first);
+    for (index_t first = 0; first < count; first += at_a_time) {
+      watch(options_.monitor, first_ + double(first), double(header_.points));
+      const index_t n = std::min(at_a_time, count - first);
       const char* data = in_.take(static_cast<std::size_t>(record) * static_cast<std::size_t>(n));
       for (std::size_t f = 0; f < fields_.size(); ++f) {
-        builder_.store_column(f, first, n, data, static_cast<std::size_t>(record), swapped);
+        builder_->store_column(f, first, n, data, static_cast<std::size_t>(record), swapped);
         data += detail::size_of(fields_[f].type);
       }
     }
   }
 
   /// Field after field, each of all points.
-  void read_compressed() {
+  void read_compressed(index_t count) {
     const auto compressed = detail::load_number<std::uint32_t>(in_.take(4), swapped);
     const auto size = detail::load_number<std::uint32_t>(in_.take(4), swapped);
     if (size != header_.points * header_.record())
@@ -147,29 +162,65 @@ class pcd_reader {
     if (compressed > in_.remaining() || size > std::uint64_t{compressed} * 88)
       in_.fail_at_byte("the compressed data are not all there");
     std::vector<char> data(size);
-    builder_.resize(count_);
+    builder_->resize(count);
     if (size == 0) return;
     const char* in = in_.take(compressed);
-    watch(monitor_, 0, 1);
+    watch(options_.monitor, 0, 1);
     if (lzf_decompress(in, compressed, data.data(), size) != size)
       in_.fail_at_byte("the compressed data are damaged");
     const char* column = data.data();
     std::size_t f = 0;
     for (const auto& field : header_.fields) {
-      watch(monitor_, double(f), double(fields_.size()));
+      watch(options_.monitor, double(f), double(fields_.size()));
       const std::size_t each = detail::size_of(field.type);
       for (std::uint32_t k = 0; k < field.count; ++k, ++f)
-        builder_.store_column(f, 0, count_, column + k * each, field.count * each, swapped);
-      column += field.count * each * static_cast<std::size_t>(count_);
+        builder_->store_column(f, 0, count, column + k * each, field.count * each, swapped);
+      column += field.count * each * static_cast<std::size_t>(count);
     }
   }
 
   byte_stream& in_;
-  const task_monitor& monitor_;
+  const read_options& options_;
   pcd::header header_;
   std::vector<file_field> fields_;
-  cloud_builder<S, D> builder_;
-  index_t count_ = 0;
+  std::optional<cloud_builder<S, D>> builder_;  ///< Of what is read at a time.
+  double first_ = 0;
+};
+
+template <Scalar S, int D>
+class pcd_source : public cloud_source<S, D> {
+ public:
+  pcd_source(const std::filesystem::path& path, const read_options& options)
+      : file_{path},
+        options_{options},
+        reader_{file_.stream(), options_},
+        begin_{file_.stream().position()} {}
+
+  [[nodiscard]] bool is_compressed() const {
+    return reader_.header().data == encoding::binary_compressed;
+  }
+  [[nodiscard]] std::optional<std::uint64_t> size() const override {
+    return reader_.header().points;
+  }
+  point_cloud<S, D> read(index_t count) override {
+    const auto n = static_cast<index_t>(
+        std::min(static_cast<std::uint64_t>(count), reader_.header().points - next_));
+    auto piece = reader_.read(next_, n, &this->agreement());
+    next_ += static_cast<std::uint64_t>(n);
+    return piece;
+  }
+  bool seek(std::uint64_t first) override {
+    if (reader_.header().data == encoding::ascii) return false;
+    next_ = std::min(first, reader_.header().points);
+    file_.seek(begin_ + next_ * reader_.header().record());
+    return true;
+  }
+
+ private:
+  open_file file_;
+  read_options options_;
+  pcd_reader<S, D> reader_;
+  std::uint64_t begin_, next_ = 0;
 };
 
 }  // namespace
@@ -188,7 +239,16 @@ point_cloud<S, D> read_pcd(std::span<const std::byte> bytes, const std::filesyst
                      [&](byte_stream& in) { return pcd_reader<S, D>{in, options}.read(); });
 }
 
+template <Scalar S, int D>
+source_pointer<S, D> open_pcd(const std::filesystem::path& path, const read_options& options) {
+  auto source = std::make_unique<pcd_source<S, D>>(path, options);
+  if (!source->is_compressed()) return source;
+  source.reset();
+  return std::make_unique<whole_source<S, D>>(read_pcd<S, D>(path, options));
+}
+
 #define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template source_pointer<S, D> open_pcd(const std::filesystem::path&, const read_options&);    \
   template point_cloud<S, D> read_pcd<S, D>(const std::filesystem::path&, const read_options&); \
   template point_cloud<S, D> read_pcd<S, D>(std::span<const std::byte>,                         \
                                             const std::filesystem::path&, const read_options&);

@@ -9,6 +9,7 @@ module;
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,6 +27,7 @@ module;
 module cilantro.io;
 
 import :cloud_builder;
+import :cloud_source;
 import :file_scope;
 
 namespace cilantro {
@@ -43,28 +45,34 @@ template <Scalar S, int D>
 class vertex_reader {
  public:
   vertex_reader(byte_stream& in, const element& vertex, encoding data, const read_options& options)
-      : in_{in},
-        vertex_{vertex},
-        monitor_{options.monitor},
-        data_{data},
-        builder_{fields_of(vertex), options.origin} {
-    if (!builder_.has_points())
+      : in_{in}, vertex_{vertex}, options_{options}, data_{data} {
+    begin(0);
+    if (!builder_->has_points())
       in_.fail_at_line(D == 2 ? "the vertices have no x and y" : "the vertices have no x, y and z");
     check_size();
   }
 
-  point_cloud<S, D> read(std::vector<std::string> comments) {
-    builder_.resize(static_cast<index_t>(vertex_.count));
+  /// The vertices `first` to `first + count` − 1, which are the next ones.
+  point_cloud<S, D> read(std::uint64_t first, index_t count, std::vector<std::string> comments,
+                         piece_agreement<D>* agreement = nullptr) {
+    begin(first);
+    if (agreement != nullptr) builder_->agree_with(*agreement);
+    builder_->resize(count);
     if (data_ == encoding::ascii)
-      read_lines();
+      read_lines(count);
     else if (vertex_.has_lists())
-      read_with_lists();
+      read_with_lists(count);
     else
-      read_records();
-    return builder_.finish(std::move(comments));
+      read_records(count);
+    return builder_->finish(std::move(comments));
   }
 
  private:
+  void begin(std::uint64_t first) {
+    builder_.emplace(fields_of(vertex_), options_.origin);
+    first_ = double(first);
+  }
+
   static std::vector<file_field> fields_of(const element& vertex) {
     std::vector<file_field> fields;
     for (const auto& p : vertex.properties) fields.push_back({p.name, p.type, p.is_list});
@@ -87,16 +95,13 @@ class vertex_reader {
   }
 
   void watch(index_t done) {
-    if (monitor_.stop.stop_requested()) throw cancelled{};
-    if (monitor_.progress)
-      monitor_.progress(double(done) / double(std::max<std::uint64_t>(1, vertex_.count)));
+    cilantro::watch(options_.monitor, first_ + double(done), double(vertex_.count));
   }
 
   /// Records of one size, some thousands at a time, property by property: each loop moves one
   /// column.
-  void read_records() {
+  void read_records(index_t count) {
     const std::size_t record = vertex_.least_size();
-    const auto count = static_cast<index_t>(vertex_.count);
     const auto at_a_time =
         static_cast<index_t>(std::max<std::size_t>(1, (std::size_t{1} << 16) / record));
     for (index_t first = 0; first < count; first += at_a_time) {
@@ -104,30 +109,30 @@ class vertex_reader {
       const index_t n = std::min(at_a_time, count - first);
       const char* data = in_.take(record * static_cast<std::size_t>(n));
       for (std::size_t p = 0; p < vertex_.properties.size(); ++p) {
-        builder_.store_column(p, first, n, data, record, swapped());
+        builder_->store_column(p, first, n, data, record, swapped());
         data += detail::size_of(vertex_.properties[p].type);
       }
     }
     watch(count);
   }
 
-  void read_with_lists() {
-    for (index_t i = 0; i < static_cast<index_t>(vertex_.count); ++i) {
+  void read_with_lists(index_t count) {
+    for (index_t i = 0; i < count; ++i) {
       if (i % 4096 == 0) watch(i);
       for (std::size_t p = 0; p < vertex_.properties.size(); ++p) {
         if (vertex_.properties[p].is_list)
           skip_list(in_, vertex_.properties[p], swapped());
         else
           detail::visit_number(vertex_.properties[p].type, [&]<class T>(T) {
-            builder_.store(p, i, load_number<T>(in_.take(sizeof(T)), swapped()));
+            builder_->store(p, i, load_number<T>(in_.take(sizeof(T)), swapped()));
           });
       }
     }
     watch(static_cast<index_t>(vertex_.count));
   }
 
-  void read_lines() {
-    for (index_t i = 0; i < static_cast<index_t>(vertex_.count); ++i) {
+  void read_lines(index_t count) {
+    for (index_t i = 0; i < count; ++i) {
       if (i % 4096 == 0) watch(i);
       word_reader words{next_line(in_, "vertices")};
       for (std::size_t p = 0; p < vertex_.properties.size(); ++p) {
@@ -138,7 +143,7 @@ class vertex_reader {
         detail::visit_number(vertex_.properties[p].type, [&]<class T>(T value) {
           const auto word = words.next();
           if (!parse_number(word, value)) fail_in_line(word, vertex_.properties[p]);
-          builder_.store(p, i, value);
+          builder_->store(p, i, value);
         });
       }
       if (!words.done()) in_.fail_at_line("there are more values than the vertex has properties");
@@ -181,9 +186,10 @@ class vertex_reader {
  private:
   byte_stream& in_;
   const element& vertex_;
-  const task_monitor& monitor_;
+  const read_options& options_;
   encoding data_;
-  cloud_builder<S, D> builder_;
+  std::optional<cloud_builder<S, D>> builder_;  ///< Of what is read at a time.
+  double first_ = 0;
 };
 
 /// Passes over an element that comes before the vertices.
@@ -203,18 +209,65 @@ void skip_element(byte_stream& in, const element& e, encoding data) {
       p.is_list ? Reader::skip_list(in, p, swap) : in.skip(detail::size_of(p.type));
 }
 
+/// Passes over what comes before the vertices.
 template <Scalar S, int D>
-point_cloud<S, D> read_stream(byte_stream& in, const read_options& options) {
-  auto header = ply::read_header(in);
+const element& find_vertices(byte_stream& in, const ply::header& header) {
   for (const auto& e : header.elements) {
-    if (e.name == "vertex")
-      return vertex_reader<S, D>{in, e, header.data, options}.read(std::move(header.comments));
+    if (e.name == "vertex") return e;
     skip_element<vertex_reader<S, D>>(in, e, header.data);
   }
   in.fail_at_line("the file has no vertices");
 }
 
+template <Scalar S, int D>
+point_cloud<S, D> read_stream(byte_stream& in, const read_options& options) {
+  auto header = ply::read_header(in);
+  const auto& vertices = find_vertices<S, D>(in, header);
+  vertex_reader<S, D> reader{in, vertices, header.data, options};
+  return reader.read(0, static_cast<index_t>(vertices.count), std::move(header.comments));
+}
+
+template <Scalar S, int D>
+class ply_source : public cloud_source<S, D> {
+ public:
+  ply_source(const std::filesystem::path& path, const read_options& options)
+      : file_{path},
+        options_{options},
+        header_{ply::read_header(file_.stream())},
+        vertices_{find_vertices<S, D>(file_.stream(), header_)},
+        reader_{file_.stream(), vertices_, header_.data, options_},
+        begin_{file_.stream().position()} {}
+
+  [[nodiscard]] std::optional<std::uint64_t> size() const override { return vertices_.count; }
+  point_cloud<S, D> read(index_t count) override {
+    const auto n =
+        static_cast<index_t>(std::min(static_cast<std::uint64_t>(count), vertices_.count - next_));
+    auto piece = reader_.read(next_, n, header_.comments, &this->agreement());
+    next_ += static_cast<std::uint64_t>(n);
+    return piece;
+  }
+  bool seek(std::uint64_t first) override {
+    if (header_.data == encoding::ascii || vertices_.has_lists()) return false;
+    next_ = std::min(first, vertices_.count);
+    file_.seek(begin_ + next_ * vertices_.least_size());
+    return true;
+  }
+
+ private:
+  open_file file_;
+  read_options options_;
+  ply::header header_;
+  const element& vertices_;
+  vertex_reader<S, D> reader_;
+  std::uint64_t begin_, next_ = 0;
+};
+
 }  // namespace
+
+template <Scalar S, int D>
+source_pointer<S, D> open_ply(const std::filesystem::path& path, const read_options& options) {
+  return std::make_unique<ply_source<S, D>>(path, options);
+}
 
 template <Scalar S, int D>
   requires(D == 2 || D == 3)
@@ -230,6 +283,7 @@ point_cloud<S, D> read_ply(std::span<const std::byte> bytes, const std::filesyst
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template source_pointer<S, D> open_ply(const std::filesystem::path&, const read_options&);    \
   template point_cloud<S, D> read_ply<S, D>(const std::filesystem::path&, const read_options&); \
   template point_cloud<S, D> read_ply<S, D>(std::span<const std::byte>,                         \
                                             const std::filesystem::path&, const read_options&);

@@ -10,6 +10,7 @@ module;
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,6 +27,7 @@ module cilantro.io;
 
 import :cloud_builder;
 import :cloud_columns;
+import :cloud_source;
 import :file_scope;
 
 namespace cilantro {
@@ -89,10 +91,15 @@ class text_reader {
  public:
   text_reader(byte_stream& in, const text_read_options& options) : in_{in}, options_{options} {}
 
-  point_cloud<S, D> read() {
-    read_rows();
-    const auto fields = describe();
-    cloud_builder<S, D> builder{fields, options_.origin, cloud_builder<S, D>::style::text};
+  /// The next points, up to `most` of them, of which the first say what the columns are.
+  point_cloud<S, D> read(index_t most = std::numeric_limits<index_t>::max(),
+                         piece_agreement<D>* agreement = nullptr) {
+    rows_before_ += rows_;
+    rows_ = 0;
+    read_rows(most);
+    if (fields_.empty()) fields_ = describe();
+    cloud_builder<S, D> builder{fields_, options_.origin, cloud_builder<S, D>::style::text};
+    if (agreement != nullptr) builder.agree_with(*agreement);
     expects(builder.has_points() || options_.columns.empty(),
             D == 2 ? "read_text: the columns must name x and y"
                    : "read_text: the columns must name x, y and z");
@@ -103,15 +110,21 @@ class text_reader {
     builder.resize(rows_);
     for (std::size_t c = 0; c < columns_ && rows_ > 0; ++c) {
       const auto* data = reinterpret_cast<const char*>(values_.data() + c);
-      if (fields[c].type == number::float64)
+      if (fields_[c].type == number::float64) {
         builder.store_column(c, 0, rows_, data, columns_ * sizeof(double), false);
-      else
-        for (index_t i = 0; i < rows_; ++i)
-          builder.store(c, i, static_cast<std::uint8_t>(value(i, c)));
+        continue;
+      }
+      for (index_t i = 0; i < rows_; ++i) {
+        const double v = value(i, c);
+        if (!is_byte(v))
+          in_.fail_at_line(
+              "the colours of the points up to here are not whole numbers from 0 to "
+              "255, as those of the first points are");
+        builder.store(c, i, static_cast<std::uint8_t>(v));
+      }
     }
     values_ = {};
-    watch(options_.monitor, 1, 1);
-    return builder.finish(std::move(comments_));
+    return builder.finish(std::exchange(comments_, {}));
   }
 
  private:
@@ -119,13 +132,14 @@ class text_reader {
     return values_[static_cast<std::size_t>(row) * columns_ + column];
   }
 
-  void read_rows() {
-    in_.skip_byte_order_mark();
-    std::uint64_t lines = 0;
-    for (auto line = in_.take_line(); line; line = in_.take_line()) {
-      if (lines++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
+  void read_rows(index_t most) {
+    if (in_.position() == 0) in_.skip_byte_order_mark();
+    while (rows_ < most) {
+      const auto line = in_.take_line();
+      if (!line) break;
+      if (lines_++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
       if (is_comment(*line)) continue;
-      if (rows_ == count_.value_or(-1)) {
+      if (rows_before_ + rows_ == count_.value_or(-1)) {
         const auto words = words_of(*line);
         if (words.empty() || take_count(words)) continue;
         comments_.push_back("the file goes on after the " + std::to_string(*count_) +
@@ -136,9 +150,9 @@ class text_reader {
       if (rows_ == std::numeric_limits<std::int32_t>::max())
         in_.fail_at_line("there are more than 2^31 - 1 points");
     }
-    if (rows_ < count_.value_or(0))
-      in_.fail_at_line("the file ends after " + std::to_string(rows_) +
-                       " points, and says it has " + std::to_string(*count_));
+    if (const index_t all = rows_before_ + rows_; rows_ < most && all < count_.value_or(0))
+      in_.fail_at_line("the file ends after " + std::to_string(all) + " points, and says it has " +
+                       std::to_string(*count_));
   }
 
   /// Before the points of each scan in a PTS file: how many they are. False if it is something
@@ -263,6 +277,8 @@ class text_reader {
     return take_row(line);
   }
 
+  static bool is_byte(double v) { return v >= 0 && v <= 255 && v == std::floor(v); }
+
   /// Whether columns `first` to `first + 2` are whole numbers from 0 to 255, and, unless that does
   /// not matter, not all 0 or 1.
   [[nodiscard]] bool are_bytes(std::size_t first, bool must_exceed_one = true) const {
@@ -270,7 +286,7 @@ class text_reader {
     for (index_t i = 0; i < rows_; ++i)
       for (std::size_t c = first; c < first + 3; ++c) {
         const double v = value(i, c);
-        if (!(v >= 0 && v <= 255 && v == std::floor(v))) return false;
+        if (!is_byte(v)) return false;
         exceeds_one = exceeds_one || v > 1;
       }
     return exceeds_one;
@@ -369,26 +385,56 @@ class text_reader {
   std::vector<std::string> comments_;
   std::optional<index_t> count_;
   std::size_t columns_ = 0;
-  index_t rows_ = 0;
+  index_t rows_ = 0, rows_before_ = 0;
+  std::uint64_t lines_ = 0;
+  std::vector<file_field> fields_;
   std::optional<bool> has_decimal_commas_;  ///< Once a line with commas has told.
   std::string row_;
   std::vector<double> values_;  ///< Row after row.
 };
 
+template <Scalar S, int D>
+point_cloud<S, D> read_stream(byte_stream& in, const text_read_options& options) {
+  auto cloud = text_reader<S, D>{in, options}.read();
+  watch(options.monitor, 1, 1);
+  return cloud;
+}
+
+template <Scalar S, int D>
+class text_source : public cloud_source<S, D> {
+ public:
+  text_source(const std::filesystem::path& path, const read_options& options)
+      : file_{path},
+        options_{.origin = options.origin, .monitor = options.monitor},
+        reader_{file_.stream(), options_} {}
+
+  [[nodiscard]] std::optional<std::uint64_t> size() const override { return std::nullopt; }
+  point_cloud<S, D> read(index_t count) override { return reader_.read(count, &this->agreement()); }
+
+ private:
+  open_file file_;
+  text_read_options options_;
+  text_reader<S, D> reader_;
+};
+
 }  // namespace
+
+template <Scalar S, int D>
+source_pointer<S, D> open_text(const std::filesystem::path& path, const read_options& options) {
+  return std::make_unique<text_source<S, D>>(path, options);
+}
 
 template <Scalar S, int D>
   requires(D == 2 || D == 3)
 point_cloud<S, D> read_text(const std::filesystem::path& path, const text_read_options& options) {
-  return with_stream(path, [&](byte_stream& in) { return text_reader<S, D>{in, options}.read(); });
+  return with_stream(path, [&](byte_stream& in) { return read_stream<S, D>(in, options); });
 }
 
 template <Scalar S, int D>
   requires(D == 2 || D == 3)
 point_cloud<S, D> read_text(std::span<const std::byte> bytes, const std::filesystem::path& name,
                             const text_read_options& options) {
-  return with_stream(bytes, name,
-                     [&](byte_stream& in) { return text_reader<S, D>{in, options}.read(); });
+  return with_stream(bytes, name, [&](byte_stream& in) { return read_stream<S, D>(in, options); });
 }
 
 template <Scalar S, int D>
@@ -443,12 +489,13 @@ void write_pts(const point_cloud<S, 3>& cloud, const std::filesystem::path& path
   });
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                         \
-  template point_cloud<S, D> read_text<S, D>(const std::filesystem::path&,                 \
-                                             const text_read_options&);                    \
-  template point_cloud<S, D> read_text<S, D>(                                              \
-      std::span<const std::byte>, const std::filesystem::path&, const text_read_options&); \
-  template void write_text(const point_cloud<S, D>&, const std::filesystem::path&,         \
+#define CILANTRO_INSTANTIATE(S, D)                                                            \
+  template source_pointer<S, D> open_text(const std::filesystem::path&, const read_options&); \
+  template point_cloud<S, D> read_text<S, D>(const std::filesystem::path&,                    \
+                                             const text_read_options&);                       \
+  template point_cloud<S, D> read_text<S, D>(                                                 \
+      std::span<const std::byte>, const std::filesystem::path&, const text_read_options&);    \
+  template void write_text(const point_cloud<S, D>&, const std::filesystem::path&,            \
                            const text_write_options&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)

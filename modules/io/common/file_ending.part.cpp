@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+//
+// Which format the name of a file says. Internal.
+module;
+#include <filesystem>
+module cilantro.io:file_ending;
+
+namespace cilantro {
+
+enum class ending { ply, pcd, text, csv, pts, npy, raw };
+
+/// The format of the extension of a path. Throws `invalid_input` naming `who` if there is none.
+ending ending_of(const std::filesystem::path& path, const char* who);
+
+}  // namespace cilantro

@@ -123,6 +123,8 @@ ending ending_of(const std::filesystem::path& path, const char* who) {
   if (name == ".pts") return ending::pts;
   if (name == ".npy") return ending::npy;
   if (name == ".bin") return ending::raw;
+  if (name == ".las") return ending::las;
+  if (name == ".laz") return ending::laz;
   throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
                       known_cloud_files() + "; .npy and .bin are read, too"};
 }
@@ -143,6 +145,9 @@ source_pointer<S, D> open_source(const std::filesystem::path& path, const read_o
       case ending::csv:
       case ending::pts:
         return open_text<S, D>(path, options);
+      case ending::las:
+      case ending::laz:
+        return open_las<S, D>(path, options);
       case ending::raw:
         return std::make_unique<raw_source<S, D>>(path, options);
       case ending::npy:
@@ -168,6 +173,9 @@ point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_optio
       return read_rows<S, D>(path, options);
     case ending::raw:
       return read_raw<S, D>(path, options);
+    case ending::las:
+    case ending::laz:
+      return read_las<S, D>(path, options);
   }
   return read_text<S, D>(path, {.origin = options.origin, .monitor = options.monitor});
 }
@@ -190,8 +198,11 @@ void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& pa
         return write_pts(cloud, path, monitor);
       else
         throw invalid_input{"write_cloud: the points of a PTS file have three coordinates"};
+    case ending::las:
+      return write_las(cloud, path, {.monitor = monitor});
     case ending::npy:
     case ending::raw:
+    case ending::laz:
       break;
   }
   throw invalid_input{"write_cloud: \"" + path.string() +

@@ -7,6 +7,7 @@ export import cilantro.cloud;
 export import :file_options;
 export import :ply;
 export import :pcd;
+export import :las;
 export import :text;
 export import :cloud_file;
 export import :cloud_reader;

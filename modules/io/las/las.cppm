@@ -14,9 +14,9 @@ namespace cilantro {
 export struct las_record {
   std::string user_id;  ///< Up to 16 characters, such as "LASF_Projection".
   std::uint16_t id = 0;
-  std::string description;      ///< Up to 32 characters.
-  std::vector<std::byte> data;  ///< At most 65,535 bytes, unless `is_extended`.
-  bool is_extended = false;     ///< Whether it stands behind the points, as LAS 1.4 allows.
+  std::string description = {};      ///< Up to 32 characters.
+  std::vector<std::byte> data = {};  ///< At most 65,535 bytes, unless `is_extended`.
+  bool is_extended = false;          ///< Whether it stands behind the points, as LAS 1.4 allows.
 
   friend bool operator==(const las_record&, const las_record&) = default;
 };

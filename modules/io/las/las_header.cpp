@@ -58,8 +58,8 @@ std::uint64_t count_of(const header_bytes& header, bool is_latest) {
   if (old_count == 0 || old_count == count) return count;
   if (count == 0) return old_count;
   // Some writers put what is left of a count that 32 bits cannot hold.
-  const bool is_cut = count > 0xffffffffu &&
-                      (old_count == 0xffffffffu || old_count == (count & 0xffffffffu));
+  const bool is_cut =
+      count > 0xffffffffu && (old_count == 0xffffffffu || old_count == (count & 0xffffffffu));
   if (!is_cut)
     throw failure{"the header has two counts of points that disagree, " +
                       std::to_string(old_count) + " and " + std::to_string(count),
@@ -69,8 +69,8 @@ std::uint64_t count_of(const header_bytes& header, bool is_latest) {
 
 void take_counts_by_return(const header_bytes& header, bool is_latest, las_info& info) {
   for (std::size_t i = 0; i < (is_latest ? 15 : 5); ++i)
-    info.points_by_return[i] = is_latest ? header.at<std::uint64_t>(255 + 8 * i)
-                                         : header.at<std::uint32_t>(111 + 4 * i);
+    info.points_by_return[i] =
+        is_latest ? header.at<std::uint64_t>(255 + 8 * i) : header.at<std::uint32_t>(111 + 4 * i);
   for (std::size_t i = 0; is_latest && i < 5; ++i)
     if (info.points_by_return[i] == 0)
       info.points_by_return[i] = header.at<std::uint32_t>(111 + 4 * i);
@@ -181,8 +181,8 @@ las_layout read_las_layout(const random_bytes& file) {
     throw failure{"the points begin at byte " + std::to_string(layout.points_at) +
                       ", within the header or beyond the end of the file",
                   false, 96};
-  const auto end = take_records(file, header_size, header.at<std::uint32_t>(100), false,
-                                info.records);
+  const auto end =
+      take_records(file, header_size, header.at<std::uint32_t>(100), false, info.records);
   if (end > layout.points_at)
     throw failure{"the records reach into the points", false, layout.points_at};
   if (is_latest && header.at<std::uint32_t>(243) > 0)

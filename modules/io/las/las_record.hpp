@@ -82,11 +82,10 @@ inline std::vector<field> fields_of(int format) {
   else
     add_bits("classification", 15, 0, 5);
   constexpr std::array marks{"synthetic", "key_point", "withheld", "overlap"};
-  for (unsigned i = 0; i < (extended ? 4 : 3); ++i)
-    add_bits(marks[i], 15, extended ? i : 5 + i, 1);
+  for (unsigned i = 0; i < (extended ? 4 : 3); ++i) add_bits(marks[i], 15, extended ? i : 5 + i, 1);
   if (extended) add_bits("scanner_channel", 15, 4, 2);
-  fields.push_back({"scan_angle", number::float32, extended ? std::size_t{18} : 16,
-                    extended ? angle : rank});
+  fields.push_back(
+      {"scan_angle", number::float32, extended ? std::size_t{18} : 16, extended ? angle : rank});
   fields.push_back({"user_data", number::uint8, 17});
   fields.push_back({"point_source_id", number::uint16, extended ? std::size_t{20} : 18});
   if (has_time(format))

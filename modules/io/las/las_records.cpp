@@ -32,8 +32,8 @@ constexpr std::string_view file_keyword = "cilantro las version ",
                            record_keyword = "cilantro las record ";
 
 /// The types 1 to 10 of a descriptor.
-constexpr std::array extra_types{number::uint8,   number::int8,    number::uint16, number::int16,
-                                 number::uint32,  number::int32,   number::uint64, number::int64,
+constexpr std::array extra_types{number::uint8,   number::int8,   number::uint16, number::int16,
+                                 number::uint32,  number::int32,  number::uint64, number::int64,
                                  number::float32, number::float64};
 
 las::extra_field parse_descriptor(const char* data) {

@@ -106,16 +106,18 @@ class las_reader {
  private:
   /// Coordinates and colours first, then what becomes attributes.
   void add_columns() {
-    std::vector<std::string> names{"x", "y", "z"};
     for (const char* name : {"x", "y", "z"}) fields_.push_back({name, number::float64});
     const int format = layout_.info.point_format;
     if (las::has_colors(format))
       for (const char* name : {"red", "green", "blue"}) fields_.push_back({name, number::float32});
     first_column_ = fields_.size();
     const auto add = [&](std::string name, const las_column& column) {
+      // Case matters to attributes, but not to what becomes coordinates and colours.
       const auto taken = [&](std::string_view other) {
-        return std::ranges::any_of(fields_,
-                                   [&](const file_field& f) { return same_name(f.name, other); });
+        for (std::size_t f = 0; f < fields_.size(); ++f)
+          if (f < first_column_ ? same_name(fields_[f].name, other) : fields_[f].name == other)
+            return true;
+        return false;
       };
       std::string free = name;
       for (int i = 2; taken(free); ++i) free = name + '_' + std::to_string(i);

@@ -125,12 +125,14 @@ ending ending_of(const std::filesystem::path& path, const char* who) {
   if (name == ".bin") return ending::raw;
   if (name == ".las") return ending::las;
   if (name == ".laz") return ending::laz;
+  if (name == ".ptx") return ending::ptx;
+  if (name == ".e57") return ending::e57;
   throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
-                      known_cloud_files() + "; .npy and .bin are read, too"};
+                      known_cloud_files() + "; .laz, .e57, .ptx, .npy and .bin are read, too"};
 }
 
 std::string known_cloud_files() {
-  return ".ply, .pcd, .xyz, .txt, .asc, .csv or .pts";
+  return ".ply, .pcd, .las, .xyz, .txt, .asc, .csv or .pts";
 }
 
 template <Scalar S, int D>
@@ -151,6 +153,8 @@ source_pointer<S, D> open_source(const std::filesystem::path& path, const read_o
       case ending::raw:
         return std::make_unique<raw_source<S, D>>(path, options);
       case ending::npy:
+      case ending::ptx:
+      case ending::e57:
         break;
     }
     return std::make_unique<whole_source<S, D>>(read_cloud<S, D>(path, options));
@@ -176,6 +180,10 @@ point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_optio
     case ending::las:
     case ending::laz:
       return read_las<S, D>(path, options);
+    case ending::ptx:
+      return read_ptx<S, D>(path, options);
+    case ending::e57:
+      throw io_error{path, "E57"};
   }
   return read_text<S, D>(path, {.origin = options.origin, .monitor = options.monitor});
 }
@@ -203,6 +211,8 @@ void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& pa
     case ending::npy:
     case ending::raw:
     case ending::laz:
+    case ending::ptx:
+    case ending::e57:
       break;
   }
   throw invalid_input{"write_cloud: \"" + path.string() +

@@ -8,6 +8,8 @@ export import :file_options;
 export import :ply;
 export import :pcd;
 export import :las;
+export import :posed_scan;
+export import :ptx;
 export import :text;
 export import :cloud_file;
 export import :cloud_reader;

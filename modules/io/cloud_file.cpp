@@ -123,12 +123,16 @@ ending ending_of(const std::filesystem::path& path, const char* who) {
   if (name == ".pts") return ending::pts;
   if (name == ".npy") return ending::npy;
   if (name == ".bin") return ending::raw;
+  if (name == ".las") return ending::las;
+  if (name == ".laz") return ending::laz;
+  if (name == ".ptx") return ending::ptx;
+  if (name == ".e57") return ending::e57;
   throw invalid_input{std::string{who} + ": \"" + path.string() + "\" does not end in " +
-                      known_cloud_files() + "; .npy and .bin are read, too"};
+                      known_cloud_files() + "; .laz, .e57, .ptx, .npy and .bin are read, too"};
 }
 
 std::string known_cloud_files() {
-  return ".ply, .pcd, .xyz, .txt, .asc, .csv or .pts";
+  return ".ply, .pcd, .las, .xyz, .txt, .asc, .csv or .pts";
 }
 
 template <Scalar S, int D>
@@ -143,9 +147,14 @@ source_pointer<S, D> open_source(const std::filesystem::path& path, const read_o
       case ending::csv:
       case ending::pts:
         return open_text<S, D>(path, options);
+      case ending::las:
+      case ending::laz:
+        return open_las<S, D>(path, options);
       case ending::raw:
         return std::make_unique<raw_source<S, D>>(path, options);
       case ending::npy:
+      case ending::ptx:
+      case ending::e57:
         break;
     }
     return std::make_unique<whole_source<S, D>>(read_cloud<S, D>(path, options));
@@ -168,6 +177,13 @@ point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_optio
       return read_rows<S, D>(path, options);
     case ending::raw:
       return read_raw<S, D>(path, options);
+    case ending::las:
+    case ending::laz:
+      return read_las<S, D>(path, options);
+    case ending::ptx:
+      return read_ptx<S, D>(path, options);
+    case ending::e57:
+      throw io_error{path, "E57"};
   }
   return read_text<S, D>(path, {.origin = options.origin, .monitor = options.monitor});
 }
@@ -190,8 +206,13 @@ void write_cloud(const point_cloud<S, D>& cloud, const std::filesystem::path& pa
         return write_pts(cloud, path, monitor);
       else
         throw invalid_input{"write_cloud: the points of a PTS file have three coordinates"};
+    case ending::las:
+      return write_las(cloud, path, {.monitor = monitor});
     case ending::npy:
     case ending::raw:
+    case ending::laz:
+    case ending::ptx:
+    case ending::e57:
       break;
   }
   throw invalid_input{"write_cloud: \"" + path.string() +

@@ -9,20 +9,22 @@ import :file_options;
 namespace cilantro {
 
 /// The file name extensions that `read_cloud` and `write_cloud` both support, as text for messages;
-/// `read_cloud` also supports .npy and .bin.
+/// `read_cloud` also supports .laz, .e57, .ptx, .npy and .bin.
 export [[nodiscard]] std::string known_cloud_files();
 
-/// Reads a cloud from a file in the format of its extension: .ply and .pcd; .xyz, .txt, .asc, .csv
+/// Reads a cloud from a file in the format of its extension: .ply and .pcd; .las and .laz; .e57 and
+/// .ptx, the points of all scans; .xyz, .txt, .asc, .csv
 /// and .pts as text; .npy with one point per row; and .bin with four floats per point, x, y, z and
-/// intensity, as in KITTI. Case does not matter. See `read_ply`, `read_pcd` and `read_text`. Throws
-/// `io_error`, and `invalid_input` for another extension.
+/// intensity, as in KITTI. Case does not matter. See `read_ply`, `read_pcd`, `read_las`,
+/// `read_e57`, `read_ptx` and `read_text`. Throws `io_error`, and `invalid_input` for another
+/// extension.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] point_cloud<S, D> read_cloud(const std::filesystem::path& path,
                                            const read_options& options = {});
 
 /// Writes a cloud to a file in the format of its extension, in binary form if the format has one.
-/// See `write_ply`, `write_pcd`, `write_text` and `write_pts`. Throws `io_error`, and
+/// See `write_ply`, `write_pcd`, `write_las`, `write_text` and `write_pts`. Throws `io_error`, and
 /// `invalid_input` for another extension, or for data that the format cannot hold.
 export template <Scalar S, int D>
   requires(D == 2 || D == 3)

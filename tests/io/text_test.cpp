@@ -170,10 +170,10 @@ TEST_CASE("a file is read and written by its ending, and an unknown one is refus
     CHECK(read_cloud<float>(folder / name) == cloud);
   }
   CHECK(test::read_file(folder / "a.PCD").find("DATA binary") != std::string::npos);
-  CHECK_THROWS_AS(write_cloud(cloud, folder / "a.las"), invalid_input);
-  CHECK_THROWS_WITH_AS((void)read_cloud<float>("a.las"),
-                       "read_cloud: \"a.las\" does not end in .ply, .pcd, .xyz, .txt, .asc, .csv "
-                       "or .pts; .npy and .bin are read, too",
+  CHECK_THROWS_AS(write_cloud(cloud, folder / "a.laz"), invalid_input);
+  CHECK_THROWS_WITH_AS((void)read_cloud<float>("a.obj"),
+                       "read_cloud: \"a.obj\" does not end in .ply, .pcd, .las, .xyz, .txt, .asc, "
+                       ".csv or .pts; .laz, .e57, .ptx, .npy and .bin are read, too",
                        invalid_input);
   CHECK_THROWS_AS(write_text(cloud, folder / "b.txt", {.separator = 'x'}), invalid_input);
   CHECK_THROWS_AS((void)read_cloud<float>(folder / "missing.xyz"), io_error);

@@ -95,6 +95,8 @@ template <Scalar S, int D>
 source_pointer<S, D> open_pcd(const std::filesystem::path& path, const read_options& options);
 template <Scalar S, int D>
 source_pointer<S, D> open_text(const std::filesystem::path& path, const read_options& options);
+template <Scalar S, int D>
+source_pointer<S, D> open_las(const std::filesystem::path& path, const read_options& options);
 /// Of the format that the extension says.
 template <Scalar S, int D>
 source_pointer<S, D> open_source(const std::filesystem::path& path, const read_options& options);

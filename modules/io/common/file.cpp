@@ -57,6 +57,20 @@ std::size_t input_file::read(char* out, std::size_t count) {
   return total;
 }
 
+std::size_t input_file::read_at(std::uint64_t at, char* out, std::size_t count) const {
+  std::size_t total = 0;
+  while (total < count) {
+    const ssize_t got =
+        ::pread(descriptor_, out + total, count - total, static_cast<off_t>(at + total));
+    if (got == 0) break;
+    if (got > 0)
+      total += static_cast<std::size_t>(got);
+    else if (errno != EINTR)
+      fail(errno);
+  }
+  return total;
+}
+
 void input_file::seek(std::uint64_t place) {
   if (::lseek(descriptor_, static_cast<off_t>(place), SEEK_SET) < 0) fail(errno);
 }

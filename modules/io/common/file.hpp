@@ -23,6 +23,8 @@ class input_file {
   [[nodiscard]] std::uint64_t size() const { return size_; }
   /// Up to `count` bytes; fewer only at the end of the file.
   std::size_t read(char* out, std::size_t count);
+  /// Up to `count` bytes from byte `at` on, from any thread, wherever `read` goes on.
+  std::size_t read_at(std::uint64_t at, char* out, std::size_t count) const;
   /// Makes byte `place` the next one that is read.
   void seek(std::uint64_t place);
 

@@ -8,17 +8,24 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <system_error>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;
+import :communicator;
 import :cutting;
+import :ranks;
 import :survey;
 
 namespace cilantro {
@@ -31,12 +38,11 @@ namespace {
 
 }  // namespace
 
-scratch_file::scratch_file(const std::filesystem::path& folder) : folder_{folder} {
-  std::string name = (folder / "points-XXXXXX.part").string();
-  descriptor_ = ::mkostemps(name.data(), 5, O_CLOEXEC);
-  if (descriptor_ < 0) fail(folder_, "no file can be made here");
-  // Gone with this process, however it ends.
-  ::unlink(name.c_str());
+scratch_file::scratch_file(const std::filesystem::path& path, bool is_new)
+    : path_{path},
+      descriptor_{::open(path.c_str(), (is_new ? O_RDWR | O_CREAT | O_TRUNC : O_RDONLY) | O_CLOEXEC,
+                         0666)} {
+  if (descriptor_ < 0) fail(path_, "points cannot be put aside here");
 }
 
 scratch_file::~scratch_file() {
@@ -48,7 +54,7 @@ void scratch_file::append(const void* data, std::size_t bytes) {
   while (bytes > 0) {
     const auto put = ::pwrite(descriptor_, from, bytes, static_cast<off_t>(size_));
     if (put < 0 && errno == EINTR) continue;
-    if (put <= 0) fail(folder_, "points cannot be put aside here");
+    if (put <= 0) fail(path_, "points cannot be put aside here");
     from += put;
     bytes -= static_cast<std::size_t>(put);
     size_ += static_cast<std::uint64_t>(put);
@@ -60,7 +66,7 @@ void scratch_file::read(std::uint64_t at, void* data, std::size_t bytes) const {
   while (bytes > 0) {
     const auto got = ::pread(descriptor_, to, bytes, static_cast<off_t>(at));
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) fail(folder_, "points that were put aside here cannot be read");
+    if (got <= 0) fail(path_, "points that were put aside here cannot be read");
     to += got;
     bytes -= static_cast<std::size_t>(got);
     at += static_cast<std::uint64_t>(got);
@@ -68,30 +74,80 @@ void scratch_file::read(std::uint64_t at, void* data, std::size_t bytes) const {
 }
 
 template <Scalar S, int D>
-tile_cutter<S, D>::tile_cutter(const tile_survey<D>& survey,
+tile_cutter<S, D>::tile_cutter(const tile_survey<D>& survey, const process_group* ranks,
                                const std::map<tile_key, index_t>& wanted,
                                const std::filesystem::path& folder, index_t piece,
                                const task_monitor& monitor)
-    : survey_{survey}, file_{folder}, chunks_(survey.tiles.size()) {
+    : survey_{survey}, ranks_{ranks}, folder_{folder}, scratch_(ranks ? ranks->size : 1) {
+  const int me = ranks ? ranks->rank : 0;
+  on_all_ranks(ranks, [&] {
+    scratch_[me] = std::make_unique<scratch_file>(scratch_of(me), true);
+    read_files(wanted, piece, monitor);
+  });
+  share_chunks();
+}
+
+template <Scalar S, int D>
+tile_cutter<S, D>::~tile_cutter() {
+  std::error_code ignored;
+  std::filesystem::remove(scratch_of(ranks_ ? ranks_->rank : 0), ignored);
+}
+
+template <Scalar S, int D>
+std::filesystem::path tile_cutter<S, D>::scratch_of(int rank) const {
+  return folder_ / ("points-" + std::to_string(rank) + ".part");
+}
+
+template <Scalar S, int D>
+void tile_cutter<S, D>::read_files(const std::map<tile_key, index_t>& wanted, index_t piece,
+                                   const task_monitor& monitor) {
+  if (ranks_ != nullptr) ranks_->deal(std::ssize(survey_.files));
+  index_t alone = 0;
   std::uint64_t done = 0;
-  for (const auto& file : survey.files) {
+  for (;;) {
+    const auto f = ranks_ != nullptr ? ranks_->next_ticket() : std::optional{alone++};
+    if (!f || *f >= std::ssize(survey_.files)) return;
+    const auto& file = survey_.files[*f];
     if (file.points == 0) continue;
     expect_unchanged(file);
     cloud_reader<S, D> reader{file.path, {.monitor = {.stop = monitor.stop}}};
-    reader.set_origin(survey.origin);
+    reader.set_origin(survey_.origin);
     for (auto points = reader.read(piece); !points.empty(); points = reader.read(piece)) {
       if (monitor.stop.stop_requested()) throw cancelled{};
       done += static_cast<std::uint64_t>(points.size());
-      conform(points, survey.parts, file.path);
-      keep(points, wanted);
-      if (monitor.progress) monitor.progress(std::min(1.0, double(done) / double(survey.points)));
+      conform(points, survey_.parts, file.path);
+      keep(points, *f, wanted);
+      if (monitor.progress) monitor.progress(std::min(1.0, double(done) / double(survey_.points)));
     }
   }
 }
 
+/// Tells all ranks where the others have put what.
 template <Scalar S, int D>
-void tile_cutter<S, D>::keep(const point_cloud<S, D>& piece,
+void tile_cutter<S, D>::share_chunks() {
+  const auto bytes = std::as_bytes(std::span{chunks_});
+  const auto all =
+      gather_texts(ranks_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  chunks_.clear();
+  for (const auto& text : all) {
+    const auto first = chunks_.size();
+    chunks_.resize(first + text.size() / sizeof(chunk));
+    std::memcpy(chunks_.data() + first, text.data(), text.size());
+  }
+  // What a rank has put aside of one file is in the order of that file.
+  std::ranges::sort(chunks_, {}, [](const chunk& c) { return std::tuple{c.tile, c.file, c.at}; });
+  on_all_ranks(ranks_, [&] {
+    for (std::size_t r = 0; r < scratch_.size(); ++r)
+      if (!scratch_[r])
+        scratch_[r] = std::make_unique<scratch_file>(scratch_of(static_cast<int>(r)), false);
+  });
+}
+
+template <Scalar S, int D>
+void tile_cutter<S, D>::keep(const point_cloud<S, D>& piece, index_t file,
                              const std::map<tile_key, index_t>& wanted) {
+  const int me = ranks_ ? ranks_->rank : 0;
+  auto& scratch = *scratch_[me];
   std::map<index_t, index_list> by_tile;
   index_list* list = nullptr;
   tile_key last;
@@ -109,15 +165,15 @@ void tile_cutter<S, D>::keep(const point_cloud<S, D>& piece,
   }
   for (const auto& [number, indices] : by_tile) {
     auto part = select(piece, indices);
-    chunks_[number].push_back({file_.size(), part.size()});
-    for_each_part(part, [&](const void* data, std::size_t bytes) { file_.append(data, bytes); });
+    chunks_.push_back({number, file, scratch.size(), part.size(), me});
+    for_each_part(part, [&](const void* data, std::size_t bytes) { scratch.append(data, bytes); });
   }
 }
 
 template <Scalar S, int D>
 point_cloud<S, D> tile_cutter<S, D>::tile(index_t number) const {
   std::vector<point_cloud<S, D>> parts;
-  for (const auto& chunk : chunks_[number]) {
+  for (const auto& chunk : std::ranges::equal_range(chunks_, number, {}, &chunk::tile)) {
     auto& part = parts.emplace_back();
     part.points.resize(D, chunk.points);
     if (survey_.parts.normals) part.normals.resize(D, chunk.points);
@@ -126,7 +182,7 @@ point_cloud<S, D> tile_cutter<S, D>::tile(index_t number) const {
       part.attributes.push_back({name, values_of_type(type, chunk.points)});
     std::uint64_t at = chunk.at;
     for_each_part(part, [&](void* data, std::size_t bytes) {
-      file_.read(at, data, bytes);
+      scratch_[chunk.rank]->read(at, data, bytes);
       at += bytes;
     });
   }

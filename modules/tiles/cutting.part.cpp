@@ -10,6 +10,7 @@ module;
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <stop_token>
 #include <system_error>
@@ -22,14 +23,15 @@ module cilantro.tiles:cutting;
 import cilantro.eigen;
 import cilantro.core;
 import cilantro.cloud;
+import :communicator;
 import :survey;
 
 namespace cilantro {
 
-/// A file that has no name, for points of tiles until all of them are known.
+/// A file for points of tiles until all of them are known. Whoever does not append to it reads it.
 class scratch_file {
  public:
-  explicit scratch_file(const std::filesystem::path& folder);
+  scratch_file(const std::filesystem::path& path, bool is_new);
   scratch_file(const scratch_file&) = delete;
   scratch_file& operator=(const scratch_file&) = delete;
   ~scratch_file();
@@ -41,32 +43,45 @@ class scratch_file {
   void read(std::uint64_t at, void* data, std::size_t bytes) const;
 
  private:
-  std::filesystem::path folder_;
+  std::filesystem::path path_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
 };
 
-/// The points of all tiles, in a scratch file.
+/// The points of all tiles, in a scratch file of each rank.
 template <Scalar S, int D>
 class tile_cutter {
  public:
-  /// Reads all files, and keeps what is in the tiles `wanted`. Memory: `piece` points at a time.
-  tile_cutter(const tile_survey<D>& survey, const std::map<tile_key, index_t>& wanted,
-              const std::filesystem::path& folder, index_t piece, const task_monitor& monitor);
+  /// Reads all files, each by one rank, and keeps what is in the tiles `wanted`. Memory: `piece`
+  /// points at a time.
+  tile_cutter(const tile_survey<D>& survey, const process_group* ranks,
+              const std::map<tile_key, index_t>& wanted, const std::filesystem::path& folder,
+              index_t piece, const task_monitor& monitor);
+  ~tile_cutter();
 
   /// The points of a tile, in the order of the files but sorted into smaller squares.
   [[nodiscard]] point_cloud<S, D> tile(index_t number) const;
 
  private:
+  /// Points of a tile that follow each other in a file.
   struct chunk {
+    index_t tile = 0, file = 0;
     std::uint64_t at = 0;
     index_t points = 0;
+    std::int64_t rank = 0;
   };
-  void keep(const point_cloud<S, D>& piece, const std::map<tile_key, index_t>& wanted);
+  void read_files(const std::map<tile_key, index_t>& wanted, index_t piece,
+                  const task_monitor& monitor);
+  void keep(const point_cloud<S, D>& piece, index_t file,
+            const std::map<tile_key, index_t>& wanted);
+  void share_chunks();
+  [[nodiscard]] std::filesystem::path scratch_of(int rank) const;
 
   const tile_survey<D>& survey_;
-  scratch_file file_;
-  std::vector<std::vector<chunk>> chunks_;  ///< By the number of the tile.
+  const process_group* ranks_;
+  std::filesystem::path folder_;
+  std::vector<std::unique_ptr<scratch_file>> scratch_;  ///< By rank.
+  std::vector<chunk> chunks_;                           ///< By tile, then by file.
 };
 
 /// Calls `f(data, bytes)` for the memory of each part of the points.

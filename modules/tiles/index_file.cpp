@@ -2,15 +2,18 @@
 module;
 #include <fcntl.h>
 #include <unistd.h>
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -189,31 +192,55 @@ void write_index(const std::filesystem::path& folder, const tile_index<D>& index
   });
 }
 
-template <int D>
-tile_notes<D>::tile_notes(const std::filesystem::path& folder, const std::string& what, bool resume)
-    : path_{folder / notes_name} {
-  with_errors(path_, [&] {
-    std::uint64_t good = 0;  // Bytes of lines that are complete.
-    std::error_code error;
-    if (resume && std::filesystem::exists(path_, error)) {
-      detail::input_file file{path_};
-      detail::byte_stream in{file.size(),
-                             [&](char* out, std::size_t count) { return file.read(out, count); }};
-      auto line = in.take_line();
-      // Whoever was killed before the first line was written has written nothing else.
-      if (line && in.position() < in.size())
-        expects(*line == what, "write_tiles: what is in \"" + folder.string() +
-                                   "\" was begun with other files, steps or options:\n" +
-                                   std::string{*line} + "\nand not\n" + what);
-      if (line && *line == what) good = in.position();
-      while ((line = in.take_line())) {
-        // Several threads append, each a whole line, so that only the last can be cut.
-        auto file_done = parse_line<D>(*line, folder);
-        if (!file_done) break;
-        good = in.position();
-        done_.push_back(std::move(*file_done));
-      }
+namespace {
+
+struct noted_lines {
+  std::string first;
+  std::vector<std::string> complete;
+  std::uint64_t bytes = 0;  ///< Up to the end of the last line that is complete.
+};
+
+/// Several threads append, each a whole line at a time, so that only the last line can be cut.
+noted_lines read_lines(const std::filesystem::path& path) {
+  return with_errors(path, [&] {
+    detail::input_file file{path};
+    std::string text(file.size(), '\0');
+    text.resize(file.read(text.data(), text.size()));
+    noted_lines found;
+    for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != text.npos; begin = end + 1) {
+      found.bytes = end + 1;
+      auto line = text.substr(begin, end - begin);
+      if (begin == 0)
+        found.first = std::move(line);
+      else
+        found.complete.push_back(std::move(line));
     }
+    return found;
+  });
+}
+
+bool is_notes(const std::filesystem::path& path) {
+  return path.filename().string().starts_with(notes_name);
+}
+
+std::vector<std::filesystem::path> notes_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> found;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at{folder, error}, end; !error && at != end;
+       at.increment(error))
+    if (is_notes(at->path())) found.push_back(at->path());
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace
+
+template <int D>
+tile_notes<D>::tile_notes(const std::filesystem::path& folder, const std::string& what, int rank)
+    : path_{folder / (std::string{notes_name} + (rank == 0 ? "" : '.' + std::to_string(rank)))} {
+  with_errors(path_, [&] {
+    std::error_code error;
+    const auto good = std::filesystem::exists(path_, error) ? read_lines(path_).bytes : 0;
     descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
     if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(good)) != 0)
       throw std::system_error{errno, std::generic_category()};
@@ -222,6 +249,51 @@ tile_notes<D>::tile_notes(const std::filesystem::path& folder, const std::string
     if (::write(descriptor_, line.data(), line.size()) != std::ssize(line))
       throw std::system_error{errno, std::generic_category()};
   });
+}
+
+template <int D>
+std::vector<survey_file<D>> read_notes(const std::filesystem::path& folder,
+                                       const std::string& what) {
+  std::vector<survey_file<D>> done;
+  for (const auto& path : notes_in(folder)) {
+    const auto lines = read_lines(path);
+    // Whoever was killed before the first line was complete has written nothing else.
+    if (lines.first.empty()) continue;
+    expects(lines.first == what, "write_tiles: what is in \"" + folder.string() +
+                                     "\" was begun with other files, steps or options:\n" +
+                                     lines.first + "\nand not\n" + what);
+    for (const auto& line : lines.complete)
+      if (auto file = parse_line<D>(line, folder)) done.push_back(std::move(*file));
+  }
+  return done;
+}
+
+void remove_notes(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& path : notes_in(folder)) std::filesystem::remove(path, ignored);
+}
+
+bool has_notes(const std::filesystem::path& folder) {
+  return !notes_in(folder).empty();
+}
+
+template <int D>
+std::string text_of(const survey_file<D>& file) {
+  return line_of(file);
+}
+
+template <int D>
+std::vector<survey_file<D>> files_of_text(std::string_view text,
+                                          const std::filesystem::path& folder) {
+  std::vector<survey_file<D>> files;
+  while (!text.empty()) {
+    const auto end = text.find('\n');
+    auto file = parse_line<D>(text.substr(0, end), folder);
+    if (!file) throw std::runtime_error{"ranks run different programs"};
+    files.push_back(std::move(*file));
+    text.remove_prefix(end + 1);
+  }
+  return files;
 }
 
 template <int D>
@@ -244,5 +316,11 @@ template void write_index(const std::filesystem::path&, const tile_index<2>&);
 template void write_index(const std::filesystem::path&, const tile_index<3>&);
 template class tile_notes<2>;
 template class tile_notes<3>;
+template std::vector<survey_file<2>> read_notes(const std::filesystem::path&, const std::string&);
+template std::vector<survey_file<3>> read_notes(const std::filesystem::path&, const std::string&);
+template std::string text_of(const survey_file<2>&);
+template std::string text_of(const survey_file<3>&);
+template std::vector<survey_file<2>> files_of_text(std::string_view, const std::filesystem::path&);
+template std::vector<survey_file<3>> files_of_text(std::string_view, const std::filesystem::path&);
 
 }  // namespace cilantro

@@ -31,26 +31,38 @@ std::optional<tile_index<D>> read_index(const std::filesystem::path& folder);
 template <int D>
 void write_index(const std::filesystem::path& folder, const tile_index<D>& index);
 
-/// What is known of tiles while not all of them are written: lines that are only appended.
+/// What is known of tiles while not all of them are written: lines that are only appended, by each
+/// rank to a file of its own.
 template <int D>
 class tile_notes {
  public:
-  /// Begins, or goes on with what is there if its first line says the same: `what`. Throws
-  /// `invalid_input` if it says something else.
-  tile_notes(const std::filesystem::path& folder, const std::string& what, bool resume);
+  /// Begins, or goes on with what is there.
+  tile_notes(const std::filesystem::path& folder, const std::string& what, int rank);
   tile_notes(const tile_notes&) = delete;
   tile_notes& operator=(const tile_notes&) = delete;
   ~tile_notes();
 
-  /// The tiles that were complete; of those without points, only the square is there.
-  [[nodiscard]] const std::vector<survey_file<D>>& done() const { return done_; }
   /// Notes that a tile is complete. May be called by several threads at once.
   void add(const survey_file<D>& tile);
 
  private:
   std::filesystem::path path_;
   int descriptor_ = -1;
-  std::vector<survey_file<D>> done_;
 };
+
+/// The tiles that all ranks of a run that was interrupted have noted. Throws `invalid_input` if the
+/// first line of what is there is not `what`.
+template <int D>
+std::vector<survey_file<D>> read_notes(const std::filesystem::path& folder,
+                                       const std::string& what);
+void remove_notes(const std::filesystem::path& folder);
+[[nodiscard]] bool has_notes(const std::filesystem::path& folder);
+
+/// Tiles as text, and back.
+template <int D>
+std::string text_of(const survey_file<D>& file);
+template <int D>
+std::vector<survey_file<D>> files_of_text(std::string_view text,
+                                          const std::filesystem::path& folder);
 
 }  // namespace cilantro

@@ -11,6 +11,7 @@ module cilantro.tiles:running;
 
 import cilantro.core;
 import cilantro.cloud;
+import :communicator;
 import :survey;
 import :tile_step;
 import :tiled_cloud;
@@ -34,11 +35,12 @@ std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<
                         const tile_info& tile, double halo);
 
 /// Calls `work(t)` for all `tiles`, which are numbers of those of the survey, by several threads,
-/// as far as the memory that `cost(t)` asks for is there; the most expensive ones first. Rethrows
-/// what is thrown for one of them, and begins no others after that. Progress is by points.
+/// as far as the memory that `cost(t)` asks for is there; the largest ones first. Of `ranks`, each
+/// does some of them. Rethrows what is thrown for one of them, and begins no others after that.
+/// Progress is by points.
 template <int D>
-void run_all(const tile_survey<D>& survey, std::span<const index_t> tiles, int threads,
-             const std::function<std::uint64_t(index_t)>& cost,
+void run_all(const tile_survey<D>& survey, const process_group* ranks,
+             std::span<const index_t> tiles, const std::function<std::uint64_t(index_t)>& cost,
              const std::function<void(index_t)>& work, const task_monitor& monitor);
 
 }  // namespace cilantro

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <mutex>
-#include <numeric>
+#include <optional>
 #include <span>
 #include <system_error>
 #include <thread>
@@ -16,37 +17,44 @@ module;
 #include "core/parallel_backend.hpp"
 module cilantro.tiles;
 
+import :communicator;
 import :running;
 import :survey;
 
 namespace cilantro {
 namespace {
 
-/// Threads that take the next tile as soon as there is memory for it.
+/// Threads that take the next tile, and begin as soon as there is memory for it.
 class crew {
  public:
-  crew(std::span<const index_t> tiles, std::span<const std::uint64_t> costs, std::uint64_t memory,
+  crew(std::span<const std::uint64_t> costs, std::uint64_t memory,
+       const std::function<std::optional<index_t>()>& next,
        const std::function<void(index_t)>& work, const task_monitor& monitor)
-      : tiles_{tiles}, costs_{costs}, memory_{memory}, work_{work}, monitor_{monitor} {}
+      : costs_{costs}, memory_{memory}, next_{next}, work_{work}, monitor_{monitor} {}
 
-  void run(int threads, const std::function<double(std::size_t)>& weight) {
-    weight_ = weight;
+  /// `share(i)` is how much of the progress tile `i` of the order is.
+  void run(int threads, const std::function<double(index_t)>& share) {
     const int each = detail::threads_of_part(threads);
     std::vector<std::thread> others;
     others.reserve(static_cast<std::size_t>(threads));
     for (int t = 0; t < threads; ++t) {
+      const std::scoped_lock lock{mutex_};
       try {
-        others.emplace_back([this, each] {
+        others.emplace_back([this, each, &share] {
           detail::use_threads(each);
-          while (take_one()) {
+          while (take_one(share)) {
           }
+          const std::scoped_lock end{mutex_};
+          --at_work_;
+          changed_.notify_all();
         });
+        ++at_work_;
       } catch (const std::system_error&) {
         if (others.empty()) throw;
         break;  // Fewer threads give the same results.
       }
     }
-    watch_until_done();
+    watch();
     for (auto& thread : others) thread.join();
     if (error_) std::rethrow_exception(error_);
     if (monitor_.stop.stop_requested()) throw cancelled{};
@@ -54,67 +62,68 @@ class crew {
   }
 
  private:
-  bool take_one() {
-    std::size_t next = 0;
-    {
-      std::unique_lock lock{mutex_};
-      // In order, so that a large tile does not wait for ever while small ones go by.
-      changed_.wait(
-          lock, [&] { return is_over() || in_use_ == 0 || in_use_ + costs_[next_] <= memory_; });
-      if (is_over()) return false;
-      next = next_++;
-      in_use_ += costs_[next];
-    }
+  bool take_one(const std::function<double(index_t)>& share) {
     std::exception_ptr error;
+    std::uint64_t cost = 0;
+    double done = 0;
     try {
-      work_(tiles_[next]);
+      if (is_over()) return false;
+      const auto i = next_();
+      if (!i) return false;
+      {
+        std::unique_lock lock{mutex_};
+        changed_.wait(lock, [&] { return in_use_ == 0 || in_use_ + costs_[*i] <= memory_; });
+        cost = costs_[*i];
+        in_use_ += cost;
+      }
+      if (!is_over()) {
+        work_(*i);
+        done = share(*i);
+      }
     } catch (...) {
       error = std::current_exception();
     }
     const std::scoped_lock lock{mutex_};
-    in_use_ -= costs_[next];
-    ++done_;
-    share_ += weight_(next);
+    in_use_ -= cost;
+    share_ += done;
     if (error && !error_) error_ = error;
     changed_.notify_all();
     return true;
   }
 
-  [[nodiscard]] bool is_over() const {
-    return error_ || next_ == tiles_.size() || monitor_.stop.stop_requested();
+  [[nodiscard]] bool is_over() {
+    const std::scoped_lock lock{mutex_};
+    return error_ || monitor_.stop.stop_requested();
   }
 
   /// On the thread of the caller, which is the one that progress is reported on.
-  void watch_until_done() {
+  void watch() {
     std::unique_lock lock{mutex_};
-    double reported = 0;
-    while (!is_over() || done_ < next_) {
-      changed_.wait_for(lock, std::chrono::milliseconds{100});
+    for (double reported = 0; at_work_ > 0;) {
+      changed_.wait(lock);
       if (!monitor_.progress || share_ <= reported) continue;
       reported = share_;
       lock.unlock();
+      std::exception_ptr error;
       try {
         monitor_.progress(std::min(reported, 1.0));
       } catch (...) {
-        lock.lock();
-        if (!error_) error_ = std::current_exception();
-        continue;
+        error = std::current_exception();
       }
       lock.lock();
+      if (error && !error_) error_ = error;
     }
-    changed_.notify_all();
   }
 
-  std::span<const index_t> tiles_;
   std::span<const std::uint64_t> costs_;
   std::uint64_t memory_;
+  const std::function<std::optional<index_t>()>& next_;
   const std::function<void(index_t)>& work_;
   const task_monitor& monitor_;
-  std::function<double(std::size_t)> weight_;
 
   std::mutex mutex_;  // Of all below.
   std::condition_variable changed_;
-  std::size_t next_ = 0, done_ = 0;
+  int at_work_ = 0;
   std::uint64_t in_use_ = 0;
   double share_ = 0;
   std::exception_ptr error_;
@@ -123,8 +132,8 @@ class crew {
 }  // namespace
 
 template <int D>
-void run_all(const tile_survey<D>& survey, std::span<const index_t> tiles, int threads,
-             const std::function<std::uint64_t(index_t)>& cost,
+void run_all(const tile_survey<D>& survey, const process_group* ranks,
+             std::span<const index_t> tiles, const std::function<std::uint64_t(index_t)>& cost,
              const std::function<void(index_t)>& work, const task_monitor& monitor) {
   if (monitor.stop.stop_requested()) throw cancelled{};
   std::vector<index_t> order(tiles.begin(), tiles.end());
@@ -136,16 +145,27 @@ void run_all(const tile_survey<D>& survey, std::span<const index_t> tiles, int t
     costs.push_back(cost(t));
     points += double(survey.tiles[t].points);
   }
-  const int most = threads > 0 ? threads : detail::threads_of_part(1);
-  crew all{order, costs, survey.memory, work, monitor};
-  all.run(std::max(1, static_cast<int>(std::min<std::size_t>(most, order.size()))),
-          [&](std::size_t i) { return double(survey.tiles[order[i]].points) / points; });
+  const index_t count = std::ssize(order);
+  std::atomic<index_t> taken = 0;
+  std::function<std::optional<index_t>()> next = [&]() -> std::optional<index_t> {
+    const index_t i = taken++;
+    return i < count ? std::optional{i} : std::nullopt;
+  };
+  if (ranks != nullptr) {
+    ranks->deal(count);
+    next = ranks->next_ticket;
+  }
+  const std::function<void(index_t)> work_on = [&](index_t i) { work(order[i]); };
+  const index_t most = survey.threads > 0 ? survey.threads : detail::threads_of_part(1);
+  crew all{costs, survey.memory, next, work_on, monitor};
+  all.run(static_cast<int>(std::max<index_t>(1, std::min(most, count))),
+          [&](index_t i) { return double(survey.tiles[order[i]].points) / points; });
 }
 
-template void run_all(const tile_survey<2>&, std::span<const index_t>, int,
+template void run_all(const tile_survey<2>&, const process_group*, std::span<const index_t>,
                       const std::function<std::uint64_t(index_t)>&,
                       const std::function<void(index_t)>&, const task_monitor&);
-template void run_all(const tile_survey<3>&, std::span<const index_t>, int,
+template void run_all(const tile_survey<3>&, const process_group*, std::span<const index_t>,
                       const std::function<std::uint64_t(index_t)>&,
                       const std::function<void(index_t)>&, const task_monitor&);
 

@@ -3,6 +3,7 @@ export module cilantro.tiles:tile_step;
 
 import cilantro.standard;
 import cilantro.core;
+import cilantro.geometry;
 import cilantro.cloud;
 
 namespace cilantro {
@@ -48,6 +49,18 @@ struct tile_step {
   step_reach reach;
   bool moves_points = false, writes_outside = false;
   std::function<point_cloud<S, D>(point_cloud<S, D>&&)> apply;
+  /// Of a step that keeps points by a number that each has, if that is at most a limit that all
+  /// points together decide; otherwise empty, as `limit` is. Such a step has no `apply`.
+  std::function<std::vector<double>(const point_cloud<S, D>&)> measure = {};
+  std::function<double(const distance_statistics&)> limit = {};
+};
+
+/// A step that keeps points by a number that each has, if that is at most a limit that all points
+/// together decide.
+template <class T, class C>
+concept MeasuringStep = requires(const T& step, const C& cloud, const distance_statistics& all) {
+  { step.measure(cloud) } -> std::same_as<std::vector<double>>;
+  { step.template limit<typename C::scalar>(all) } -> std::same_as<double>;
 };
 
 /// Whether a step says that it moves points.
@@ -77,8 +90,19 @@ template <class Step>
 
 template <Scalar S, int D, class Step>
 void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
+  using on_tiles = decltype(for_tiles(next));
   if constexpr (is_pipeline<Step>) {
     std::apply([&](const auto&... each) { (add_tile_steps(steps, each), ...); }, next.steps());
+  } else if constexpr (MeasuringStep<on_tiles, point_cloud<S, D>>) {
+    const auto step = for_tiles(next);
+    steps.push_back(
+        {name_of(next),
+         step.reach(),
+         false,
+         writes_outside_of(next),
+         {},
+         [step](const point_cloud<S, D>& cloud) { return step.measure(cloud); },
+         [step](const distance_statistics& all) { return step.template limit<S>(all); }});
   } else {
     static_assert(
         SaysReach<Step>,

@@ -10,7 +10,9 @@ module;
 module cilantro.tiles;
 
 import cilantro.eigen;
+import :limits;
 import :loading;
+import :ranks;
 import :region;
 import :running;
 import :survey;
@@ -69,11 +71,12 @@ template <Scalar S, int D>
   requires(D == 2 || D == 3)
 point_cloud<S, D> tiled_cloud<S, D>::read() const {
   const auto& survey = *survey_;
+  const auto steps = with_limits<S, D>({survey_, steps_}, {});
   std::vector<point_cloud<S, D>> parts(survey.tiles.size());
   run_all<D>(
-      survey, all_numbers(std::ssize(survey.tiles)), survey.threads,
-      [&](index_t t) { return memory_of<S, D>(survey, steps_, survey.tiles[t], 0); },
-      [&](index_t t) { parts[t] = run_tile<S, D>(survey, steps_, survey.tiles[t], 0, {}); }, {});
+      survey, nullptr, all_numbers(std::ssize(survey.tiles)),
+      [&](index_t t) { return memory_of<S, D>(survey, steps, survey.tiles[t], 0); },
+      [&](index_t t) { parts[t] = run_tile<S, D>(survey, steps, survey.tiles[t], 0, {}); }, {});
   for (std::size_t t = 1; t < parts.size(); ++t) parts[t].comments.clear();
   return append_all(parts);
 }
@@ -83,7 +86,8 @@ template <Scalar S, int D>
 point_cloud<S, D> tiled_cloud<S, D>::read_tile(index_t number) const {
   expects(0 <= number && number < std::ssize(survey_->tiles),
           "read_tile: there is no tile of that number");
-  return run_tile<S, D>(*survey_, steps_, survey_->tiles[number], 0, {});
+  return run_tile<S, D>(*survey_, with_limits<S, D>({survey_, steps_}, {}), survey_->tiles[number],
+                        0, {});
 }
 
 template <Scalar S, int D>
@@ -108,28 +112,25 @@ void visit_tiles(const tiled_cloud<S, D>& cloud, double halo, const for_each_til
             "known after the step " +
                 step.name + ", which moves points");
   const auto& survey = *cloud.survey();
+  const auto steps = with_limits(cloud, options.monitor);
   const auto visit = [&](index_t t) {
-    tile<S, D> next{
-        survey.tiles[t],
-        run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], halo, options.monitor.stop),
-        {}};
+    tile<S, D> next{survey.tiles[t],
+                    run_tile<S, D>(survey, steps, survey.tiles[t], halo, options.monitor.stop),
+                    {}};
     for (index_t i = 0; i < next.cloud.size(); ++i)
       if (halo == 0 || is_in_tile(next.cloud, i, next.info, survey.edge))
         next.inside.push_back(static_cast<std::int32_t>(i));
     if (!next.inside.empty()) f(next);
   };
   const auto cost = [&](index_t t) {
-    return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], halo);
+    return memory_of<S, D>(survey, steps, survey.tiles[t], halo);
   };
-  const auto all = all_numbers(std::ssize(survey.tiles));
-  if (options.parallel)
-    return run_all<D>(survey, all, survey.threads, cost, visit, options.monitor);
-  for (const index_t t : all) {
-    if (options.monitor.stop.stop_requested()) throw cancelled{};
-    (void)cost(t);
-    visit(t);
-    if (options.monitor.progress) options.monitor.progress(double(t + 1) / double(all.size()));
-  }
+  auto one_at_a_time = survey;
+  if (!options.parallel) one_at_a_time.threads = 1;
+  on_all_ranks(cloud.ranks().get(), [&] {
+    run_all<D>(one_at_a_time, cloud.ranks().get(), all_numbers(std::ssize(survey.tiles)), cost,
+               visit, options.monitor);
+  });
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                          \

@@ -6,6 +6,7 @@ import cilantro.eigen;
 import cilantro.core;
 import cilantro.geometry;
 import cilantro.cloud;
+import :communicator;
 import :tile_step;
 
 namespace cilantro {
@@ -62,8 +63,9 @@ class tiled_cloud {
   using scalar = S;
   static constexpr int static_dimension = D;
 
-  tiled_cloud(std::shared_ptr<const tile_survey<D>> survey, std::vector<tile_step<S, D>> steps)
-      : survey_{std::move(survey)}, steps_{std::move(steps)} {}
+  tiled_cloud(std::shared_ptr<const tile_survey<D>> survey, std::vector<tile_step<S, D>> steps,
+              std::shared_ptr<const process_group> ranks = nullptr)
+      : survey_{std::move(survey)}, steps_{std::move(steps)}, ranks_{std::move(ranks)} {}
 
   /// How many points there are in the files, before any step.
   [[nodiscard]] std::uint64_t size() const;
@@ -79,6 +81,15 @@ class tiled_cloud {
   /// The files, in their order.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
+  /// The same cloud for all ranks of a job, who divide the tiles among themselves where they are
+  /// written or visited; each opens the same files with the same options, and has the memory that
+  /// these say for itself. Results have the same bits for any number of ranks. If a rank fails, all
+  /// throw. `ranks` must outlive the result and all that is made of it.
+  template <Communicator C>
+  [[nodiscard]] tiled_cloud on(C& ranks [[clang::lifetimebound]]) const {
+    return {survey_, steps_, std::make_shared<const process_group>(group_of(ranks))};
+  }
+
   /// All points after all steps, in one cloud, in the order of the tiles; they must fit into
   /// memory.
   [[nodiscard]] point_cloud<S, D> read() const;
@@ -91,10 +102,12 @@ class tiled_cloud {
   /// What it is made of. Internal.
   [[nodiscard]] const std::shared_ptr<const tile_survey<D>>& survey() const { return survey_; }
   [[nodiscard]] const std::vector<tile_step<S, D>>& steps() const { return steps_; }
+  [[nodiscard]] const std::shared_ptr<const process_group>& ranks() const { return ranks_; }
 
  private:
   std::shared_ptr<const tile_survey<D>> survey_;
   std::vector<tile_step<S, D>> steps_;
+  std::shared_ptr<const process_group> ranks_;
 };
 
 template <Scalar S, int D>
@@ -136,7 +149,7 @@ export template <Scalar S, int D, class Step>
   auto steps = cloud.steps();
   add_tile_steps(steps, step);
   expect_steps_on_tiles<S, D>(steps);
-  return {cloud.survey(), std::move(steps)};
+  return {cloud.survey(), std::move(steps), cloud.ranks()};
 }
 
 #define CILANTRO_COMPILED_ELSEWHERE(S, D) extern template class tiled_cloud<S, D>;

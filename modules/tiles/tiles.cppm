@@ -4,6 +4,7 @@
 export module cilantro.tiles;
 
 export import cilantro.io;
+export import :communicator;
 export import :tile_step;
 export import :tiled_cloud;
 export import :write_tiles;

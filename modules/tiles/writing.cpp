@@ -8,7 +8,7 @@ module;
 #include <map>
 #include <memory>
 #include <mutex>
-#include <set>
+#include <optional>
 #include <span>
 #include <string>
 #include <system_error>
@@ -18,7 +18,10 @@ module cilantro.tiles;
 
 import cilantro.eigen;
 import :cutting;
+import :communicator;
 import :index_file;
+import :limits;
+import :ranks;
 import :running;
 import :survey;
 
@@ -48,7 +51,7 @@ void make_folder(const fs::path& folder, bool resume) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (!fs::is_directory(folder)) throw io_error{folder, "is no folder, and cannot be made one"};
-  const bool is_unfinished = fs::exists(folder / notes_name, error);
+  const bool is_unfinished = has_notes(folder);
   if (fs::exists(folder / index_name, error))
     throw invalid_input{"write_tiles: \"" + folder.string() +
                         "\" has tiles already, and they are complete"};
@@ -69,26 +72,31 @@ void remove_parts(const fs::path& folder) {
   }
 }
 
+/// All tiles of a cloud, none of whose steps measures, into one folder.
 template <Scalar S, int D>
 class tile_writer {
  public:
-  tile_writer(const tiled_cloud<S, D>& cloud, const fs::path& folder,
-              const write_tiles_options& options)
+  tile_writer(const tiled_cloud<S, D>& cloud, const fs::path& folder, const std::string& what,
+              const write_tiles_options& options, const task_monitor& monitor)
       : survey_{*cloud.survey()},
         steps_{cloud.steps()},
+        ranks_{cloud.ranks().get()},
         folder_{folder},
         options_{options},
-        notes_{folder, description_of(cloud, options), options.resume} {
-    for (const auto& file : notes_.done()) {
-      std::error_code error;
-      // Without points there is no file.
-      if (file.points > 0 && (fs::file_size(file.path, error) != file.bytes || error)) continue;
-      files_[file.path.filename().string()] = file;
-    }
+        monitor_{monitor} {
+    on_all_ranks(ranks_, [&] {
+      for (auto& file : read_notes<D>(folder, what)) {
+        std::error_code error;
+        // Without points there is no file.
+        if (file.points > 0 && (fs::file_size(file.path, error) != file.bytes || error)) continue;
+        files_[file.path.filename().string()] = std::move(file);
+      }
+    });
+    on_first_rank(ranks_, [&] { remove_parts(folder); });
+    on_all_ranks(ranks_, [&] { notes_.emplace(folder, what, ranks_ ? ranks_->rank : 0); });
   }
 
   void write() {
-    const auto monitor = steps_.empty() ? in_passes(options_.monitor, 2) : options_.monitor;
     std::vector<index_t> left;
     std::map<tile_key, index_t> wanted;
     for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
@@ -97,18 +105,20 @@ class tile_writer {
         wanted[{survey_.tiles[t].x, survey_.tiles[t].y}] = t;
       }
     std::unique_ptr<tile_cutter<S, D>> cutter;
+    const auto monitor = steps_.empty() ? in_passes(monitor_, 2) : monitor_;
     if (steps_.empty() && !left.empty())
-      cutter = std::make_unique<tile_cutter<S, D>>(survey_, wanted, folder_, points_at_a_time(),
-                                                   monitor);
-    run_all<D>(
-        survey_, left, survey_.threads,
-        [&](index_t t) { return memory_of<S, D>(survey_, steps_, survey_.tiles[t], 0); },
-        [&](index_t t) {
-          keep(t, cutter ? cutter->tile(t)
-                         : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0,
-                                          options_.monitor.stop));
-        },
-        monitor);
+      cutter = std::make_unique<tile_cutter<S, D>>(survey_, ranks_, wanted, folder_,
+                                                   points_at_a_time(), monitor);
+    on_all_ranks(ranks_, [&] {
+      run_all<D>(
+          survey_, ranks_, left,
+          [&](index_t t) { return memory_of<S, D>(survey_, steps_, survey_.tiles[t], 0); },
+          [&](index_t t) {
+            keep(t, cutter ? cutter->tile(t)
+                           : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop));
+          },
+          monitor);
+    });
     finish();
   }
 
@@ -131,30 +141,38 @@ class tile_writer {
       write_cloud(points, file.path);
       file.bytes = fs::file_size(file.path);
     }
-    notes_.add(file);
+    notes_->add(file);
     const std::scoped_lock lock{mutex_};
+    own_ += text_of(file);
     files_[file.path.filename().string()] = std::move(file);
   }
 
   void finish() {
-    tile_index<D> index{
-        std::same_as<S, float> ? "float" : "double", survey_.edge, survey_.origin, {}};
-    for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
-      if (auto& file = files_[name_of_tile(t)]; file.points > 0)
-        index.files.push_back(std::move(file));
-    write_index(folder_, index);
-    std::error_code ignored;
-    fs::remove(folder_ / notes_name, ignored);
-    remove_parts(folder_);
+    for (const auto& text : gather_texts(ranks_, own_))
+      for (auto& file : files_of_text<D>(text, folder_))
+        files_[file.path.filename().string()] = std::move(file);
+    on_first_rank(ranks_, [&] {
+      tile_index<D> index{
+          std::same_as<S, float> ? "float" : "double", survey_.edge, survey_.origin, {}};
+      for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
+        if (auto& file = files_[name_of_tile(t)]; file.points > 0)
+          index.files.push_back(std::move(file));
+      write_index(folder_, index);
+      remove_notes(folder_);
+      remove_parts(folder_);
+    });
   }
 
   const tile_survey<D>& survey_;
   std::span<const tile_step<S, D>> steps_;
+  const process_group* ranks_;
   fs::path folder_;
   const write_tiles_options& options_;
-  tile_notes<D> notes_;
+  const task_monitor& monitor_;
+  std::optional<tile_notes<D>> notes_;
   std::mutex mutex_;
   std::map<std::string, survey_file<D>> files_;  ///< Those that are done, by name.
+  std::string own_;                              ///< Those that this rank has done now, as text.
 };
 
 }  // namespace
@@ -164,10 +182,53 @@ tiled_cloud<S, D> write_tiles(const tiled_cloud<S, D>& cloud, const fs::path& fo
                               const write_tiles_options& options) {
   expects(options.format == ".ply" || options.format == ".pcd",
           "write_tiles: tiles are written as .ply or .pcd, which keep all digits");
-  make_folder(folder, options.resume);
-  tile_writer<S, D>{cloud, folder, options}.write();
+  const auto ranks = cloud.ranks();
+  const std::string what = description_of(cloud, options);
+  for (const auto& text : gather_texts(ranks.get(), what))
+    expects(text == what, "write_tiles: ranks work on different files, or by different steps:\n" +
+                              text + "\nand\n" + what);
   const auto& survey = *cloud.survey();
-  return open_tiles<S, D>(folder, {.memory = survey.memory, .threads = survey.threads});
+  const tile_options how{.memory = survey.memory, .threads = survey.threads};
+  on_first_rank(ranks.get(), [&] { make_folder(folder, options.resume); });
+
+  const auto measuring =
+      std::ranges::count_if(cloud.steps(), [](const auto& step) { return bool(step.measure); });
+  const auto monitor = in_passes(options.monitor, static_cast<int>(2 * measuring + 1));
+  // What a step measures is written down with the points, and kept by in the pass after it.
+  auto from = cloud;
+  std::vector<fs::path> passes;
+  while (true) {
+    auto rest = from.steps();
+    const auto next =
+        std::ranges::find_if(rest, [](const auto& step) { return bool(step.measure); });
+    if (next == rest.end()) break;
+    std::vector<tile_step<S, D>> before{rest.begin(), next};
+    before.push_back(noting(*next));
+    const auto pass = folder / ("pass-" + std::to_string(passes.size() + 1));
+    passes.push_back(pass);
+    on_first_rank(ranks.get(), [&] {
+      // Until there is something in it, that is how the folder is seen to be unfinished.
+      const tile_notes<D> begun{folder, what, 0};
+      fs::create_directories(pass);
+    });
+    std::error_code error;
+    if (!fs::exists(pass / index_name, error))
+      tile_writer<S, D>{{from.survey(), std::move(before), ranks}, pass, what, options, monitor}
+          .write();
+    const auto written = open_tiles<S, D>(pass, how);
+    const tiled_cloud<S, D> noted{written.survey(), {}, ranks};
+    std::vector<tile_step<S, D>> after{
+        keeping_noted(*next, next->limit(noted_statistics(noted, monitor)))};
+    after.insert(after.end(), next + 1, rest.end());
+    from = {written.survey(), std::move(after), ranks};
+  }
+  tile_writer<S, D>{from, folder, what, options, monitor}.write();
+  on_first_rank(ranks.get(), [&] {
+    std::error_code ignored;
+    for (const auto& pass : passes) fs::remove_all(pass, ignored);
+  });
+  const auto written = open_tiles<S, D>(folder, how);
+  return {written.survey(), {}, ranks};
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                  \

@@ -24,7 +24,7 @@ struct tile {
 /// Options of `for_each_tile`.
 export struct for_each_tile_options {
   /// Whether `f` may be called by several threads at once, for different tiles. Otherwise it is
-  /// called for one tile after the other, on the thread of a worker.
+  /// called for one tile after the other, the largest first, on the thread of the caller.
   bool parallel = false;
   task_monitor monitor = {};
 };

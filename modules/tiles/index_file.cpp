@@ -149,6 +149,7 @@ tile_index<D> parse_index(detail::byte_stream& in, const std::filesystem::path& 
     if (!file || file->path.empty()) in.fail_at_line("this line describes no tile");
     index.files.push_back(std::move(*file));
   }
+  (void)words_after("end");
   return index;
 }
 
@@ -187,6 +188,7 @@ void write_index(const std::filesystem::path& folder, const tile_index<D>& index
       out.write(text.data(), text.size());
       text.clear();
     }
+    text += "end\n";
     out.write(text.data(), text.size());
     out.commit();
   });

@@ -34,6 +34,18 @@ class crew {
 
   /// `share(i)` is how much of the progress tile `i` of the order is.
   void run(int threads, const std::function<double(index_t)>& share) {
+    threads == 1 ? run_here(share) : run_apart(threads, share);
+    if (error_) std::rethrow_exception(error_);
+    if (monitor_.stop.stop_requested()) throw cancelled{};
+    if (monitor_.progress) monitor_.progress(1);
+  }
+
+ private:
+  void run_here(const std::function<double(index_t)>& share) {
+    while (take_one(share))
+      if (monitor_.progress && !error_) monitor_.progress(std::min(share_, 1.0));
+  }
+  void run_apart(int threads, const std::function<double(index_t)>& share) {
     const int each = detail::threads_of_part(threads);
     std::vector<std::thread> others;
     others.reserve(static_cast<std::size_t>(threads));
@@ -56,12 +68,8 @@ class crew {
     }
     watch();
     for (auto& thread : others) thread.join();
-    if (error_) std::rethrow_exception(error_);
-    if (monitor_.stop.stop_requested()) throw cancelled{};
-    if (monitor_.progress) monitor_.progress(1);
   }
 
- private:
   bool take_one(const std::function<double(index_t)>& share) {
     std::exception_ptr error;
     std::uint64_t cost = 0;

@@ -16,6 +16,7 @@ export struct text_read_options {
   origin_policy origin = origin_policy::automatic;  ///< Whether large coordinates get an origin.
   /// Whether commas are decimal commas, for files where this is ambiguous; see `read_text`.
   std::optional<bool> decimal_commas = {};
+  int threads = 0;  ///< How many read the numbers: see `execution`.
   task_monitor monitor = {};
 };
 

@@ -30,6 +30,7 @@ import :cloud_columns;
 import :cloud_source;
 import :file_scope;
 import :line_blocks;
+import :number_rows;
 
 namespace cilantro {
 namespace {
@@ -109,19 +110,18 @@ class text_reader {
                        : columns_ == 2 ? "the points have two coordinates, and three are asked for"
                                        : "the points have no x, y and z");
     builder.resize(rows_);
-    parallel_blocks(rows_, index_t{1} << 14, {.threads = options_.threads},
+    parallel_blocks(rows_, values_.block_rows(), {.threads = options_.threads},
                     [&](index_t, index_t begin, index_t end) { store(builder, begin, end); });
-    values_ = {};
+    values_.reset(columns_);
     return builder.finish(std::exchange(comments_, {}));
   }
 
  private:
   void store(cloud_builder<S, D>& builder, index_t begin, index_t end) const {
     for (std::size_t c = 0; c < columns_; ++c) {
-      const double* const first = values_.data() + static_cast<std::size_t>(begin) * columns_ + c;
       if (fields_[c].type == number::float64) {
-        builder.store_column(c, begin, end - begin, reinterpret_cast<const char*>(first),
-                             columns_ * sizeof(double), false);
+        const auto* const first = reinterpret_cast<const char*>(values_[begin] + c);
+        builder.store_column(c, begin, end - begin, first, columns_ * sizeof(double), false);
         continue;
       }
       for (index_t i = begin; i < end; ++i) {
@@ -135,9 +135,7 @@ class text_reader {
     }
   }
 
-  [[nodiscard]] double value(index_t row, std::size_t column) const {
-    return values_[static_cast<std::size_t>(row) * columns_ + column];
-  }
+  [[nodiscard]] double value(index_t row, std::size_t column) const { return values_[row][column]; }
 
   void read_rows(index_t most) {
     if (in_.position() == 0) in_.skip_byte_order_mark();
@@ -176,20 +174,16 @@ class text_reader {
     if (count_) wanted = std::min(wanted, *count_ - rows_before_ - rows_);
     const auto read = blocks.read(
         wanted, [](std::string_view line) { return !is_blank(line); },
-        [&](index_t rows) { make_room(rows_ + rows); },
+        [&](index_t rows) { values_.resize(rows_ + rows); },
         [&](auto& lines, index_t first, index_t n) {
           std::string copy;
-          double* out = values_.data() + static_cast<std::size_t>(rows_ + first) * columns_;
-          for (index_t i = 0; i < n; out += columns_) {
+          for (index_t i = 0; i < n;) {
             const auto before = lines;
             const auto line = lines.take_line();
-            if (is_blank(*line)) {
-              out -= columns_;
-              continue;
-            }
+            if (is_blank(*line)) continue;
             const bool is_plain =
                 !comment_of(*line) && (has_decimal_commas_ || line->find(',') == line->npos);
-            if (!is_plain || !parse_row(*line, copy, out).empty()) {
+            if (!is_plain || !parse_row(*line, copy, values_[rows_ + first + i]).empty()) {
               lines = before;
               return i;
             }
@@ -199,11 +193,8 @@ class text_reader {
         });
     if (!read) return blocks.few;
     rows_ += read->count;
-    make_room(rows_);
     return read->is_stopped ? 16 * blocks.few : 0;
   }
-
-  void make_room(index_t rows) { values_.resize(static_cast<std::size_t>(rows) * columns_); }
 
   /// Before the points of each scan in a PTS file: how many they are. False if it is something
   /// else.
@@ -237,9 +228,8 @@ class text_reader {
   bool take_row(std::string_view line) {
     if (!has_decimal_commas_ && line.find(',') != line.npos) decide_about_commas(line);
     if (is_blank(line)) return false;
-    make_room(rows_ + 1);
-    const auto wrong =
-        parse_row(line, row_, values_.data() + static_cast<std::size_t>(rows_) * columns_);
+    values_.resize(rows_ + 1);
+    const auto wrong = parse_row(line, row_, values_[rows_]);
     if (!wrong.empty()) in_.fail_at_line(wrong);
     return true;
   }
@@ -339,6 +329,7 @@ class text_reader {
     if (line.find(',') != line.npos) decide_about_commas(line);
     columns_ =
         has_decimal_commas_.value_or(false) ? columns_with_decimal_commas(line) : words.size();
+    values_.reset(columns_);
     return take_row(line);
   }
 
@@ -455,7 +446,7 @@ class text_reader {
   std::vector<file_field> fields_;
   std::optional<bool> has_decimal_commas_;  ///< Once a line with commas has told.
   std::string row_;
-  std::vector<double> values_;  ///< Row after row.
+  number_rows values_;
 };
 
 template <Scalar S, int D>

@@ -119,7 +119,7 @@ class unpacker {
 
 /// Gives each packet of a section's data to `f`.
 template <class F>
-void for_each_packet(const pages& file, const points_section& section, F f) {
+void for_each_packet(const pages& file, const points_section& section, std::uint64_t& left, F f) {
   const std::uint64_t begin = file.content_place(section.at);
   const auto head = file.read(begin, 32);
   if (head[0] != 1) throw failure{"the points do not begin as such", false, section.at};
@@ -132,6 +132,9 @@ void for_each_packet(const pages& file, const points_section& section, F f) {
     constexpr char data_packet = 1, last_type = 2;
     if (start[0] < 0 || start[0] > last_type || size < 4)
       throw failure{"a packet of points is malformed", false, pages::file_place(at)};
+    if (size > left)
+      throw failure{"the scans have the same packets of points", false, pages::file_place(at)};
+    left -= size;
     if (start[0] == data_packet && f(file.read(at, size), at)) return;
     at += size;
   }
@@ -187,6 +190,7 @@ points_section parse_points(const element& points, std::uint64_t file_size) {
 }
 
 std::vector<std::vector<double>> read_points(const pages& file, const points_section& section,
+                                             std::uint64_t& left,
                                              const std::function<void(std::uint64_t)>& progress) {
   const std::size_t n = section.fields.size();
   std::vector<std::vector<double>> columns(n);
@@ -208,7 +212,7 @@ std::vector<std::vector<double>> read_points(const pages& file, const points_sec
     return least;
   };
   if (section.count > 0)
-    for_each_packet(file, section, [&](const std::vector<char>& packet, std::uint64_t at) {
+    for_each_packet(file, section, left, [&](const std::vector<char>& packet, std::uint64_t at) {
       progress(done());
       const auto malformed = [&] {
         throw failure{"a packet of points is malformed", false, pages::file_place(at)};

@@ -44,8 +44,10 @@ struct points_section {
 points_section parse_points(const element& points, std::uint64_t file_size);
 
 /// All values of all fields but texts, one column for each field. Calls `progress(done)` now and
-/// then. Throws `detail::failure`.
+/// then. `left` is how many bytes the packets of this and further scans can have, since none
+/// belongs to two. Throws `detail::failure`.
 std::vector<std::vector<double>> read_points(const pages& file, const points_section& section,
+                                             std::uint64_t& left,
                                              const std::function<void(std::uint64_t)>& progress);
 
 /// The number in an element, or in an attribute; 0 if there is no text. Throws `detail::failure`.

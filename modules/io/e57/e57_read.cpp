@@ -210,7 +210,7 @@ std::vector<e57_scan> read_scans(const random_bytes& file, const task_monitor& m
   if (data == nullptr) return scans;
   const auto all = double(data->children.size());
   // A small file can tell of the same points again and again.
-  std::uint64_t points = 0;
+  std::uint64_t points = 0, left = file.size();
   for (const element& scan : data->children) {
     const element* described = scan.child("points");
     if (described == nullptr) continue;
@@ -221,7 +221,7 @@ std::vector<e57_scan> read_scans(const random_bytes& file, const task_monitor& m
     const auto progress = [&](std::uint64_t done) {
       watch(monitor, double(scans.size()) + double(done) / double(section.count), all);
     };
-    auto columns = e57::read_points(pages, section, progress);
+    auto columns = e57::read_points(pages, section, left, progress);
     scans.push_back(scan_values{scan, std::move(section), std::move(columns)}.take());
   }
   return scans;

@@ -183,7 +183,7 @@ point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_optio
     case ending::ptx:
       return read_ptx<S, D>(path, options);
     case ending::e57:
-      throw io_error{path, "E57"};
+      return read_e57<S, D>(path, options);
   }
   return read_text<S, D>(
       path, {.origin = options.origin, .threads = options.threads, .monitor = options.monitor});

@@ -10,6 +10,7 @@ export import :pcd;
 export import :las;
 export import :posed_scan;
 export import :ptx;
+export import :e57;
 export import :text;
 export import :cloud_file;
 export import :cloud_reader;

@@ -145,6 +145,9 @@ class decoder {
     return one;
   }
 
+  /// How many bytes beyond the end were asked for. Encoders write a few that nothing depends on.
+  [[nodiscard]] unsigned beyond() const { return beyond_; }
+
   /// Bits that are not modelled, up to 32.
   std::uint32_t bits(unsigned count) {
     if (count > 19) {
@@ -159,7 +162,6 @@ class decoder {
   }
 
  private:
-  /// Encoders flush as much as decoders look ahead; nothing comes after a few bytes more.
   unsigned byte() {
     if (next_ != end_) return static_cast<unsigned char>(*next_++);
     if (++beyond_ > 16) throw detail::failure{"the compressed points are not all there", false, 0};

@@ -202,12 +202,13 @@ class layered_part {
       // Version 3 goes on from the point before, of whichever channel.
       if (is_new || what_.version != 3) last = &*channels_[channel];
     }
-    state& models = *channels_[channel];
+    state& now = *channels_[channel];
     if (what_.kind == item::bytes14)
-      next_bytes(models, last->bytes);
-    else
-      next_color(models, last->bytes);
+      next_bytes(now, last->bytes);
+    else if (in_[0])
+      next_color(now, last->bytes);
     std::memcpy(record + at_, last->bytes.data(), what_.size);
+    if (what_.kind == item::color_infrared14) next_infrared(now, last->bytes, record + at_);
   }
 
  private:
@@ -225,17 +226,25 @@ class layered_part {
   }
 
   void next_color(state& models, std::vector<char>& last) {
-    if (in_[0]) {
-      std::array<std::uint8_t, color_item::size> before;
-      for (std::size_t i = 0; i < before.size(); ++i) before[i] = byte_at(last.data(), i);
-      const auto now = models.color.next_after(*in_[0], before);
-      for (std::size_t i = 0; i < now.size(); ++i) last[i] = static_cast<char>(now[i]);
+    std::array<std::uint8_t, color_item::size> before;
+    for (std::size_t i = 0; i < before.size(); ++i) before[i] = byte_at(last.data(), i);
+    const auto now = models.color.next_after(*in_[0], before);
+    for (std::size_t i = 0; i < now.size(); ++i) last[i] = static_cast<char>(now[i]);
+  }
+
+  /// Infrared is remembered by the channel of the point in all versions.
+  void next_infrared(state& now, const std::vector<char>& last, char* out) {
+    constexpr std::size_t at = color_item::size;
+    if (in_[1]) {
+      if (now.infrared.empty()) now.infrared.begin(4);
+      const unsigned changes = in_[1]->symbol(now.infrared);
+      for (std::size_t b = 0; b < 2; ++b) {
+        char byte = last[at + b];
+        if (changes & (1u << b)) add(*in_[1], now.models[b], byte);
+        now.bytes[at + b] = byte;
+      }
     }
-    if (in_.size() < 2 || !in_[1]) return;
-    if (models.infrared.empty()) models.infrared.begin(4);
-    const unsigned changes = in_[1]->symbol(models.infrared);
-    for (std::size_t b = 0; b < 2; ++b)
-      if (changes & (1u << b)) add(*in_[1], models.models[b], last[color_item::size + b]);
+    std::memcpy(out + at, now.bytes.data() + at, 2);
   }
 
   static void add(decoder& in, symbol_model& model, char& byte) {

@@ -146,32 +146,29 @@ std::vector<chunk> read_chunks(const detail::random_bytes& file, const las_layou
   const auto coded = file.read(
       table + 8, std::min<std::uint64_t>(file.size() - table - 8, std::uint64_t{count} * 16 + 16));
   std::vector<chunk> chunks;
-  try {
-    laz::decoder in{coded.data(), coded.data() + coded.size()};
-    laz::integer_model sizes{32, 2};
-    std::int32_t bytes = 0, size = 0;
-    chunk next{.at = begin};
-    for (std::uint32_t i = 0; i < count; ++i) {
-      if (chunk_size == variable_size) size = sizes.decode(in, size, 0);
-      bytes = sizes.decode(in, bytes, 1);
-      next.bytes = static_cast<std::uint32_t>(bytes);
-      next.points = chunk_size == variable_size
-                        ? static_cast<std::uint32_t>(size)
-                        : std::min<std::uint64_t>(chunk_size, points - next.first);
-      if (next.bytes > table - next.at || next.points > points - next.first)
-        refuse("the table of the chunks of compressed points is damaged", table);
-      chunks.push_back(next);
-      next.at += next.bytes;
-      next.first += next.points;
-    }
-    if (next.first != points)
-      refuse("the header promises " + std::to_string(points) + " points, and the chunks have " +
-                 std::to_string(next.first),
-             table);
-  } catch (const failure&) {
-    if (coded.size() < 4) refuse("the table of the chunks of compressed points is cut", table);
-    throw;
+  laz::decoder in{coded.data(), coded.data() + coded.size()};
+  laz::integer_model sizes{32, 2};
+  std::int32_t bytes = 0, size = 0;
+  chunk next{.at = begin};
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (chunk_size == variable_size) size = sizes.decode(in, size, 0);
+    bytes = sizes.decode(in, bytes, 1);
+    constexpr unsigned flushed = 3;
+    if (in.beyond() > flushed) refuse("the table of the chunks of compressed points is cut", table);
+    next.bytes = static_cast<std::uint32_t>(bytes);
+    next.points = chunk_size == variable_size
+                      ? static_cast<std::uint32_t>(size)
+                      : std::min<std::uint64_t>(chunk_size, points - next.first);
+    if (next.bytes > table - next.at || next.points > points - next.first)
+      refuse("the table of the chunks of compressed points is damaged", table);
+    chunks.push_back(next);
+    next.at += next.bytes;
+    next.first += next.points;
   }
+  if (next.first != points)
+    refuse("the header promises " + std::to_string(points) + " points, and the chunks have " +
+               std::to_string(next.first),
+           table);
   return chunks;
 }
 

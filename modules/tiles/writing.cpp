@@ -77,11 +77,12 @@ template <Scalar S, int D>
 class tile_writer {
  public:
   tile_writer(const tiled_cloud<S, D>& cloud, const fs::path& folder, const std::string& what,
-              const write_tiles_options& options, const task_monitor& monitor)
+              bool is_local, const write_tiles_options& options, const task_monitor& monitor)
       : survey_{*cloud.survey()},
         steps_{cloud.steps()},
         ranks_{cloud.ranks().get()},
         folder_{folder},
+        is_local_{is_local},
         options_{options},
         monitor_{monitor} {
     on_all_ranks(ranks_, [&] {
@@ -133,10 +134,11 @@ class tile_writer {
     return static_cast<index_t>(std::clamp(fit, 4096.0, 4e6));
   }
 
-  void keep(index_t t, const point_cloud<S, D>& points) {
+  void keep(index_t t, point_cloud<S, D> points) {
     survey_file<D> file;
     file.path = folder_ / name_of_tile(t);
-    describe_points(points, survey_.edge, file);
+    describe_points(points, survey_.edge, is_local_, file);
+    if (is_local_) points.origin.setZero();
     if (!points.empty()) {
       write_cloud(points, file.path);
       file.bytes = fs::file_size(file.path);
@@ -153,7 +155,7 @@ class tile_writer {
         files_[file.path.filename().string()] = std::move(file);
     on_first_rank(ranks_, [&] {
       tile_index<D> index{
-          std::same_as<S, float> ? "float" : "double", survey_.edge, survey_.origin, {}};
+          is_local_, std::same_as<S, float> ? "float" : "double", survey_.edge, survey_.origin, {}};
       for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
         if (auto& file = files_[name_of_tile(t)]; file.points > 0)
           index.files.push_back(std::move(file));
@@ -167,6 +169,7 @@ class tile_writer {
   std::span<const tile_step<S, D>> steps_;
   const process_group* ranks_;
   fs::path folder_;
+  bool is_local_;
   const write_tiles_options& options_;
   const task_monitor& monitor_;
   std::optional<tile_notes<D>> notes_;
@@ -213,7 +216,8 @@ tiled_cloud<S, D> write_tiles(const tiled_cloud<S, D>& cloud, const fs::path& fo
     });
     std::error_code error;
     if (!fs::exists(pass / index_name, error))
-      tile_writer<S, D>{{from.survey(), std::move(before), ranks}, pass, what, options, monitor}
+      tile_writer<S, D>{
+          {from.survey(), std::move(before), ranks}, pass, what, true, options, monitor}
           .write();
     const auto written = open_tiles<S, D>(pass, how);
     const tiled_cloud<S, D> noted{written.survey(), {}, ranks};
@@ -222,7 +226,7 @@ tiled_cloud<S, D> write_tiles(const tiled_cloud<S, D>& cloud, const fs::path& fo
     after.insert(after.end(), next + 1, rest.end());
     from = {written.survey(), std::move(after), ranks};
   }
-  tile_writer<S, D>{from, folder, what, options, monitor}.write();
+  tile_writer<S, D>{from, folder, what, false, options, monitor}.write();
   on_first_rank(ranks.get(), [&] {
     std::error_code ignored;
     for (const auto& pass : passes) fs::remove_all(pass, ignored);

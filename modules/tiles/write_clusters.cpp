@@ -238,13 +238,19 @@ class cluster_writer {
     find_sets();
     tile_writer<S, D> writer{cloud_, folder_, what, false, options, monitor_};
     writer.write([&](index_t t) { return labelled(t); });
-    std::error_code ignored;
-    fs::remove(scratch_of(ranks_ ? ranks_->rank : 0), ignored);
+    on_first_rank(ranks_, [&] {
+      std::error_code ignored;
+      std::vector<fs::path> scratch;  // Also of a run that was killed, and had more ranks.
+      for (const auto& entry : fs::directory_iterator{folder_})
+        if (entry.path().extension() == scratch_ending) scratch.push_back(entry.path());
+      for (const auto& path : scratch) fs::remove(path, ignored);
+    });
   }
 
  private:
+  static constexpr const char* scratch_ending = ".sets";
   [[nodiscard]] fs::path scratch_of(int rank) const {
-    return folder_ / ("labels-" + std::to_string(rank) + ".sets");
+    return folder_ / ("labels-" + std::to_string(rank) + scratch_ending);
   }
 
   void find_sets() {
@@ -347,8 +353,8 @@ tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::pa
   if (!cloud.steps().empty()) {
     std::error_code error;
     if (!fs::exists(pass / index_name, error))
-      from =
-          write_tiles(cloud, pass, {.format = options.format, .resume = true, .monitor = monitor});
+      from = write_tiles_as(cloud, pass, true,
+                            {.format = options.format, .resume = true, .monitor = monitor});
     else
       from = {open_tiles<S, D>(pass, how).survey(), {}, ranks};
   }

@@ -13,6 +13,9 @@ endif()
 if(TARGET cilantro_window)
   list(APPEND CPACK_COMPONENTS_ALL window)
 endif()
+if(TARGET cilantro_mpi)
+  list(APPEND CPACK_COMPONENTS_ALL mpi)
+endif()
 if(TARGET cilantro_tool)
   list(APPEND CPACK_COMPONENTS_ALL program)
 endif()
@@ -45,6 +48,12 @@ set(CPACK_DEBIAN_WINDOW_DESCRIPTION
 set(CPACK_DEBIAN_WINDOW_PACKAGE_NAME libcilantro-window-dev)
 set(CPACK_DEBIAN_WINDOW_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_WINDOW_PACKAGE_DEPENDS "libcilantro-visualization-dev (= ${PROJECT_VERSION}), libglfw3-dev (>= 3.3)")
+
+set(CPACK_DEBIAN_MPI_DESCRIPTION
+  "Point clouds shared by several processes and machines\nThe component mpi of cilantro, for Open MPI.")
+set(CPACK_DEBIAN_MPI_PACKAGE_NAME libcilantro-mpi-dev)
+set(CPACK_DEBIAN_MPI_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "libcilantro-dev (= ${PROJECT_VERSION}), libopenmpi-dev")
 
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
   "Point clouds on the command line\nShows, converts, filters, aligns and segments point clouds in PLY, PCD and text files.")

@@ -10,6 +10,7 @@ export import cilantro.search;
 export import cilantro.geometry;
 export import cilantro.cloud;
 export import cilantro.io;
+export import cilantro.tiles;
 export import cilantro.features;
 export import cilantro.registration;
 export import cilantro.clustering;

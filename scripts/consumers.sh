@@ -13,7 +13,7 @@ compiler=${CXX:-clang++-22}
 folder=build/consumers
 projects=tests/consumers
 
-cases=(default_settings release debug refusals mixed exports from_gcc component component/within window
+cases=(default_settings release debug refusals mixed exports from_gcc component component/within window mpi
   standard_23 standard_26 extensions_on extensions_off openmp_flag warnings undefined_sanitizer thread_sanitizer
   unoptimized march_native other_alignment static with_pcl with_open3d
   objects/within fetch/within shared/within march_native/within address_sanitizer/within)
@@ -115,6 +115,10 @@ run_case() {
       [ -n "$(find "$prefix" -path '*/cmake/cilantro-window')" ] || skip 'windows were not built, since libglfw3-dev is not installed'
       project $projects/window
       "$build/program" ;;
+    mpi)
+      [ -n "$(find "$prefix" -path '*/cmake/cilantro-mpi')" ] || skip 'ranks were not built, since libopenmpi-dev is not installed'
+      project $projects/mpi
+      tests/mpi/on_ranks.sh 2 "$build/program" ;;
     with_pcl | with_open3d)
       local name=${1#with_}
       compgen -G "/usr/lib/*/cmake/$name" > /dev/null || compgen -G "/usr/lib/*/cmake/${name/open3d/Open3D}" > /dev/null ||

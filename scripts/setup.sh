@@ -43,6 +43,8 @@ libglfw3-dev|GLFW, for windows on the screen
 libgl-dev|the headers of OpenGL, for the same
 libegl-dev|those of EGL, by which graphics cards draw without a display
 libgl1-mesa-dri|a driver of OpenGL for machines without a graphics card, on which windows are tested
+libopenmpi-dev|Open MPI, for ranks on several machines
+openmpi-bin|mpirun, which starts them in tests
 xvfb|a display that nobody sees, for the same
 xdotool|a mouse and keys that nobody touches, for the same
 '

@@ -332,11 +332,26 @@ export [[nodiscard]] auto stride(std::integral auto n) {
   return choosing_step{every_nth_point{static_cast<index_t>(n)}};
 }
 
+/// How outliers are found in a part of a larger cloud, whose points beyond it are not known.
+struct statistical_outliers_on_tiles {
+  statistical_outlier_options options;
+
+  [[nodiscard]] step_reach reach() const { return {.neighbors = options.neighbors}; }
+  template <Scalar S, int D>
+  [[nodiscard]] std::vector<double> measure(const point_cloud<S, D>& cloud) const {
+    return mean_neighbor_distances(cloud.points, options.neighbors, {options.threads});
+  }
+  template <Scalar S>
+  [[nodiscard]] double limit(const distance_statistics& all) const {
+    return all.limit(options.deviations, double(std::numeric_limits<S>::epsilon()));
+  }
+};
 struct statistical_outliers_of {
   statistical_outlier_options options;
   removed_indices removed;
 
   static constexpr const char* name = "remove_statistical_outliers";
+  [[nodiscard]] statistical_outliers_on_tiles on_tiles() const { return {options}; }
   [[nodiscard]] bool writes_outside() const { return removed != nullptr; }
   static step_reach reach() { return {.everything = true}; }
   template <Scalar S, int D>

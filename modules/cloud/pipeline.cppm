@@ -20,8 +20,8 @@ concept StepFor = PointCloud<C> && std::invocable<const F&, C>;
 /// Optional members describe a step: `name`, a string for reports; `needs()`, the `cloud_parts`
 /// that it requires; `gives()`, the `cloud_parts` that its result always has; `reach()`, how far
 /// around a point it looks, as `step_reach`; `writes_outside()`, whether it writes to something
-/// beside the cloud that it returns; and `choose(cloud, kept)`, if it only chooses points: see
-/// `ChoosingStep`.
+/// beside the cloud that it returns; `moves_points()`, whether points are elsewhere after it; and
+/// `choose(cloud, kept)`, if it only chooses points: see `ChoosingStep`.
 export struct pipeline_step {};
 
 /// A value that can be assigned, also where an F, such as a lambda, cannot.
@@ -72,10 +72,15 @@ export struct step_reach {
 template <std::derived_from<pipeline_step> T>
 inline constexpr bool composes_with_closures<T> = false;
 
-template <class T>
+/// Whether T is a `pipeline`.
+export template <class T>
 inline constexpr bool is_pipeline = false;
 template <class T>
 inline constexpr bool is_function_step = false;
+
+/// Whether T has an `operator|` of its own for steps, as what is larger than a cloud has.
+export template <class T>
+inline constexpr bool takes_steps_itself = false;
 
 /// A step that `|` can combine with any other step or function.
 export template <class T>
@@ -362,6 +367,7 @@ decltype(auto) operator|(C&& cloud, const F& function) {
 /// The step that applies `first`, then `second`. One of the two may be a function.
 export template <class A, class B>
   requires(PipelineStep<A> || PipelineStep<B>) && (!PointCloud<A>) && (!PointCloud<B>) &&
+          (!takes_steps_itself<A>) &&
           (!std::ranges::range<A>) && (!std::ranges::range<B>) && (!is_range_closure<A>) &&
           (!is_range_closure<B>) && (std::is_class_v<A> || std::is_pointer_v<A>) &&
           (std::is_class_v<B> || std::is_pointer_v<B>)

@@ -57,6 +57,12 @@ struct estimate_normals_step : pipeline_step {
   [[nodiscard]] step_reach reach() const { return reach_of_neighborhoods(spec); }
   /// Its result has normals.
   static cloud_parts gives() { return {.normals = true}; }
+  /// As parts of a larger cloud are processed.
+  [[nodiscard]] auto on_tiles() const {
+    auto same = *this;
+    same.options.ascending = true;
+    return same;
+  }
   template <PointCloud C, class P = std::remove_cvref_t<C>>
     requires CovarianceEstimator<E, typename P::scalar, P::static_dimension>
   P operator()(C&& cloud) const {
@@ -75,6 +81,12 @@ struct estimate_normals_step<void> : pipeline_step {
   [[nodiscard]] step_reach reach() const { return reach_of_neighborhoods(spec); }
   /// Its result has normals.
   static cloud_parts gives() { return {.normals = true}; }
+  /// As parts of a larger cloud are processed.
+  [[nodiscard]] auto on_tiles() const {
+    auto same = *this;
+    same.options.ascending = true;
+    return same;
+  }
   template <PointCloud C>
   std::remove_cvref_t<C> operator()(C&& cloud) const {
     return estimate_normals(std::forward<C>(cloud), spec, options);
@@ -149,6 +161,8 @@ struct transform_step : pipeline_step {
   explicit transform_step(const T& map) : by(map) {}
   /// How far around a point it looks.
   static step_reach reach() { return {}; }
+  /// Its points are elsewhere.
+  static bool moves_points() { return true; }
   template <PointCloud C>
     requires same_dimension<T, std::remove_cvref_t<C>::static_dimension> &&
              requires(std::remove_cvref_t<C> cloud, const T& map) { transform(cloud, map); }

@@ -23,6 +23,7 @@ export import :execution;
 export import :parallel;
 export import :point_map;
 export import :random;
+export import :exact_sum;
 export import :decompositions;
 export import :violations;
 export import :vector_target;

@@ -300,8 +300,8 @@ void closed_normals(points_view<S, D> points, const Near& near, const normals_op
                     const normals_target<S, D>& out) {
   constexpr bool is_searched = std::same_as<Near, neighborhood_spec>;
   if constexpr (is_searched) expect_enough(near, points.dimension());
-  // Sums have no order that matters, and a third of the time would be spent on one.
-  fit_planes(points, near, options, out, !is_searched,
+  // An order changes the last bit, and a third of the time would be spent on one.
+  fit_planes(points, near, options, out, !is_searched || options.ascending,
              [&](const auto& block, auto& writer) { fit_block(points, block, writer); });
 }
 

@@ -4,7 +4,9 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <mutex>
 #include <span>
 #include <vector>
 
@@ -41,46 +43,85 @@ selection select_by(const std::vector<double>& values, Keep keep) {
   return found;
 }
 
-struct counted_sum {
-  double sum = 0;
-  index_t count = 0;
-  counted_sum& operator+=(const counted_sum& other) {
-    sum += other.sum;
-    count += other.count;
-    return *this;
+/// The doubles that add up to a sum: it, rounded, what was lost by that, rounded, and so on. A few.
+std::vector<double> expansion_of(exact_sum sum) {
+  std::vector<double> terms;
+  for (double term = sum.value(); term != 0; term = sum.value()) {
+    terms.push_back(term);
+    sum += -term;
   }
-};
+  return terms;
+}
 
 }  // namespace
+
+void distance_statistics::add(double distance) {
+  if (std::isnan(distance)) return;
+  sum += distance;
+  squares.add_product(distance, distance);
+  ++count;
+}
+
+distance_statistics& distance_statistics::operator+=(const distance_statistics& other) {
+  sum += other.sum;
+  squares += other.squares;
+  count += other.count;
+  return *this;
+}
+
+double distance_statistics::limit(double deviations, double epsilon) const {
+  if (count == 0) return 0;
+  const double n = double(count), mean = sum.value() / n;
+  double deviation = 0;
+  if (count > 1 && deviations > 0) {
+    if (!std::isfinite(squares.value())) return std::numeric_limits<double>::infinity();
+    // n Σm² - (Σm)² without rounding: nothing is lost where all are nearly the same.
+    exact_sum variance;
+    for (const double square : expansion_of(squares)) variance.add_product(n, square);
+    const auto terms = expansion_of(sum);
+    for (const double a : terms)
+      for (const double b : terms) variance.add_product(-a, b);
+    deviation = std::sqrt(variance.value() / n / (n - 1));
+  }
+  return mean + deviations * deviation + mean * 8 * epsilon;
+}
+
+distance_statistics statistics_of(std::span<const double> distances, const execution& how) {
+  distance_statistics all;
+  std::mutex one_at_a_time;
+  // Since sums are exact, blocks may be added in any order.
+  parallel_blocks(std::ssize(distances), index_t{1} << 16, how,
+                  [&](index_t, index_t begin, index_t end) {
+                    distance_statistics block;
+                    for (index_t i = begin; i < end; ++i)
+                      block.add(distances[static_cast<std::size_t>(i)]);
+                    const std::lock_guard lock{one_at_a_time};
+                    all += block;
+                  });
+  return all;
+}
+
+template <Scalar S, int D>
+std::vector<double> closed_mean_distances(points_view<S, D> points, index_t neighbors,
+                                          const execution& how) {
+  expect_from(1, double(neighbors), "mean_neighbor_distances: neighbors");
+  const knn_in_radius others{std::min(neighbors, points.size()),
+                             std::numeric_limits<double>::infinity()};
+  return from_others(points, others, how, [](std::span<const S> distances) {
+    double sum = 0;
+    for (const S d : distances) sum += double(d);
+    return distances.empty() ? 0 : sum / double(distances.size());
+  });
+}
 
 template <Scalar S, int D>
 selection closed_outliers(points_view<S, D> points, const statistical_outlier_options& options) {
   expect_from(1, double(options.neighbors), "statistical_outliers: neighbors");
   expect_from(0, options.deviations, "statistical_outliers: deviations");
-  const knn_in_radius others{std::min(options.neighbors, points.size()),
-                             std::numeric_limits<double>::infinity()};
-  const auto means = from_others(points, others, {options.threads, options.monitor},
-                                 [](std::span<const S> distances) {
-                                   double sum = 0;
-                                   for (const S d : distances) sum += double(d);
-                                   return distances.empty() ? 0 : sum / double(distances.size());
-                                 });
-  const auto sum_of = [&](auto term) {
-    return ordered_sum(std::ssize(means), {.threads = options.threads}, counted_sum{},
-                       [&](counted_sum& sum, index_t i) {
-                         const double mean = means[i];
-                         if (std::isnan(mean)) return;
-                         sum.sum += term(mean);
-                         ++sum.count;
-                       });
-  };
-  const auto total = sum_of([](double m) { return m; });
-  const double mean = total.count > 0 ? total.sum / double(total.count) : 0;
-  const auto squares = sum_of([&](double m) { return (m - mean) * (m - mean); });
-  const double deviation = total.count > 1 ? std::sqrt(squares.sum / double(total.count - 1)) : 0;
-  // Points that are all equally far from theirs differ by rounding, which removes none.
-  const double limit =
-      mean + options.deviations * deviation + mean * 8 * double(std::numeric_limits<S>::epsilon());
+  const auto means =
+      closed_mean_distances(points, options.neighbors, {options.threads, options.monitor});
+  const double limit = statistics_of(means, {.threads = options.threads})
+                           .limit(options.deviations, double(std::numeric_limits<S>::epsilon()));
   return select_by(means, [&](double m) { return m <= limit; });
 }
 
@@ -96,6 +137,8 @@ selection closed_outliers(points_view<S, D> points, const radius_outlier_options
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                                 \
+  template std::vector<double> closed_mean_distances<S, D>(points_view<S, D>, index_t,             \
+                                                           const execution&);                      \
   template selection closed_outliers<S, D>(points_view<S, D>, const statistical_outlier_options&); \
   template selection closed_outliers<S, D>(points_view<S, D>, const radius_outlier_options&);
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)

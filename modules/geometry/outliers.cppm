@@ -30,16 +30,50 @@ export struct radius_outlier_options {
   task_monitor monitor = {};
 };
 
+/// The mean distances of any part of the points, as `statistical_outliers` needs them: parts are
+/// added in any order, and all give the same limit, to the bit.
+export struct distance_statistics {
+  exact_sum sum;      ///< Of the mean distances.
+  exact_sum squares;  ///< Of their squares.
+  index_t count = 0;  ///< How many there are.
+
+  /// Takes one mean distance into account, unless it is NaN.
+  void add(double distance);
+  /// Adds what another part of the points has.
+  distance_statistics& operator+=(const distance_statistics& other);
+  /// The largest mean distance that is no outlier's: the mean over all, and so many standard
+  /// deviations. Points that are all equally far from theirs differ by rounding, which removes
+  /// none: `epsilon` is that of the points' scalar. 0 without any.
+  [[nodiscard]] double limit(double deviations, double epsilon) const;
+};
+
+template <Scalar S, int D>
+std::vector<double> closed_mean_distances(points_view<S, D> points, index_t neighbors,
+                                          const execution& how);
 template <Scalar S, int D>
 selection closed_outliers(points_view<S, D> points, const statistical_outlier_options& options);
 template <Scalar S, int D>
 selection closed_outliers(points_view<S, D> points, const radius_outlier_options& options);
 
+/// The mean distance of each point to the so many other points that are nearest to it, or to all
+/// others where there are fewer; NaN for points that are not finite, 0 for one without others.
+/// Throws `invalid_input` for fewer than one neighbour. O(N (k + log N)).
+export template <PointsSource P>
+[[nodiscard]] std::vector<double> mean_neighbor_distances(const P& points, index_t neighbors,
+                                                          const execution& how = {}) {
+  return closed_mean_distances(closed_points(points), neighbors, how);
+}
+
+/// The statistics of such distances.
+export [[nodiscard]] distance_statistics statistics_of(std::span<const double> distances,
+                                                       const execution& how = {});
+
 /// Finds outliers by their mean distance to their nearest neighbours, compared with that of all
-/// points. Points that are not finite are removed. The same for any number of threads. Throws
-/// `invalid_input` for fewer than one neighbour, or deviations that are negative or NaN. Memory
-/// beside the result: a kd-tree, and 8 bytes per point. O(N (k + log N)).
-/// Source: Rusu et al. 2008, "Towards 3D point cloud based object maps", section 3.1.
+/// points. Points that are not finite are removed. The same for any number of threads, and any
+/// order of the points, since sums are exact. Throws `invalid_input` for fewer than one neighbour,
+/// or deviations that are negative or NaN. Memory beside the result: a kd-tree, and 8 bytes per
+/// point. O(N (k + log N)). Source: Rusu et al. 2008, "Towards 3D point cloud based object maps",
+/// section 3.1.
 export template <PointsSource P>
 [[nodiscard]] selection statistical_outliers(const P& points,
                                              const statistical_outlier_options& options = {}) {

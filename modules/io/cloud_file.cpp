@@ -185,7 +185,8 @@ point_cloud<S, D> read_cloud(const std::filesystem::path& path, const read_optio
     case ending::e57:
       return read_e57<S, D>(path, options);
   }
-  return read_text<S, D>(path, {.origin = options.origin, .monitor = options.monitor});
+  return read_text<S, D>(
+      path, {.origin = options.origin, .threads = options.threads, .monitor = options.monitor});
 }
 
 template <Scalar S, int D>

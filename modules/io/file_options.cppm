@@ -19,6 +19,7 @@ export enum class origin_policy {
 /// Options of `read_cloud`, `read_ply` and `read_pcd`.
 export struct read_options {
   origin_policy origin = origin_policy::automatic;  ///< Whether large coordinates get an origin.
+  int threads = 0;  ///< How many read the numbers of a text: see `execution`.
   task_monitor monitor = {};
 };
 

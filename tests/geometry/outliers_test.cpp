@@ -3,8 +3,11 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <set>
+#include <span>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "spaces.hpp"
@@ -66,6 +69,56 @@ TEST_CASE_TEMPLATE("statistical outliers are those of the definition", T, ALL_SP
   for (const int threads : {1, 2, 5})
     CHECK(statistical_outliers(points, {.neighbors = 15, .deviations = 1.5, .threads = threads})
               .kept == kept);
+}
+
+TEST_CASE_TEMPLATE("the limit of statistical outliers depends neither on order nor on parts", T,
+                   ALL_SPACES) {
+  using S = typename T::scalar;
+  const auto points = scan<T>(4);
+  const auto distances = mean_neighbor_distances(points, 12);
+  REQUIRE(distances.size() == 800);
+  CHECK(std::isnan(distances[33]));
+  CHECK(std::isnan(distances[34]));
+  for (const std::size_t i : {0u, 500u}) {
+    const auto all = distances_to_others(points, index_t(i));
+    double mean = 0;
+    for (std::size_t k = 0; k < 12; ++k) mean += all[k] / 12;
+    CHECK(distances[i] == doctest::Approx(mean).epsilon(1e-5));
+  }
+  const double epsilon = double(std::numeric_limits<S>::epsilon());
+  const auto whole = statistics_of(distances);
+  const double limit = whole.limit(1.5, epsilon);
+  CHECK(whole.count == 798);
+  const auto found = statistical_outliers(points, {.neighbors = 12, .deviations = 1.5});
+  for (const auto i : found.kept) CHECK(distances[std::size_t(i)] <= limit);
+  for (const auto i : found.removed) CHECK_FALSE(distances[std::size_t(i)] <= limit);
+  auto shuffled = distances;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    shuffle(shuffled, random_stream{seed});
+    CHECK(statistics_of(shuffled, {.threads = int(seed)}).limit(1.5, epsilon) == limit);
+    distance_statistics parts;
+    for (const auto& [begin, count] : {std::pair{300, 500}, {0, 7}, {7, 293}})
+      parts += statistics_of(std::span{shuffled}.subspan(std::size_t(begin), std::size_t(count)));
+    CHECK(parts.count == 798);
+    CHECK(parts.limit(1.5, epsilon) == limit);
+  }
+}
+
+TEST_CASE("a limit loses nothing where all distances are nearly the same, and far from 0") {
+  // Their deviation is half of the last place: every sum of squares in doubles would miss it.
+  distance_statistics statistics;
+  CHECK(statistics.limit(2, 0) == 0);
+  const double next = std::nextafter(1e6, 2e6);
+  for (int i = 0; i < 1000; ++i) statistics.add(i % 2 == 0 ? 1e6 : next);
+  const double step = next - 1e6, deviation = step / 2 * std::sqrt(1000.0 / 999);
+  CHECK(statistics.limit(1e6, 0) == doctest::Approx(1e6 + 1e6 * deviation).epsilon(1e-15));
+  CHECK(statistics.limit(0, 0) >= 1e6);
+  CHECK(statistics.limit(0, 0) <= next);
+  statistics.add(test::infinity<double>);
+  CHECK(statistics.limit(2, 0) == test::infinity<double>);
+  distance_statistics far;
+  for (const double distance : {1e200, 2e200, 3e200}) far.add(distance);
+  CHECK(far.limit(1, 0) == test::infinity<double>);  // Their squares are no doubles.
 }
 
 TEST_CASE_TEMPLATE("radius outliers are those of the definition", T, ALL_SPACES) {

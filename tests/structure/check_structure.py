@@ -11,7 +11,7 @@ import sys
 # A module imports modules of lower floors only.
 FLOORS = {"standard": 0, "eigen": 0, "core": 1, "numeric": 2, "search": 2, "geometry": 3, "cloud": 4,
           "consensus": 4, "clustering": 4, "spatial": 4, "embedding": 4, "features": 4, "io": 5, "registration": 5,
-          "visualization": 6, "window": 7}
+          "tiles": 6, "visualization": 6, "mpi": 6, "window": 7}
 # Interfaces that read headers, and what they may read; all others import.
 HEADER_WRAPPERS = {"eigen.cppm": r"Eigen/\w+|arm_neon\.h", "standard.cppm": r"[a-z_]+"}
 # What an interface may include: the seam to a plain unit, and macros, which a module cannot export.
@@ -20,6 +20,7 @@ INTERFACE_HEADERS = {"core/parallel_backend.hpp", "core/closed_spaces.hpp", "cor
 ONLY_IN = {"omp.h": ["core/parallel_backend.cpp"], "png.h": ["io/image/png.cpp"], "jpeglib.h": ["io/image/jpeg.cpp"],
            "libqhull_r/qhull_ra.h": ["spatial/qhull.cpp"], "lzf.h": ["io/pcd/pcd_read.cpp", "io/pcd/pcd_write.cpp"],
            "spawn.h": ["visualization/child_process.part.cpp"], "zlib.h": ["io/image/png.cpp", "visualization/packing.part.cpp"],
+           "mpi.h": ["mpi/mpi_backend.cpp"],
            "GLFW/glfw3.h": ["window/desktop.part.cpp", "window/key_codes.part.cpp"], "EGL/egl.h": ["window/card_renderer.cpp"],
            "GL/glcorearb.h": ["window/card_objects.part.cpp", "window/gl_functions.part.cpp", "window/graphics_card.part.cpp",
                               "window/picture_texture.part.cpp"]}

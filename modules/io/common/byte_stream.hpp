@@ -26,6 +26,38 @@ struct failure : std::runtime_error {
   std::uint64_t at;
 };
 
+/// Lines in memory, somewhere in a text: what a thread takes of a `byte_stream`.
+class line_span {
+ public:
+  line_span(std::string_view text, char line_end) : rest_{text}, line_end_{line_end} {}
+
+  /// Says how many lines come before.
+  void set_line(std::uint64_t line) { line_ = line; }
+  /// How many lines were taken, with those that come before.
+  [[nodiscard]] std::uint64_t line() const { return line_; }
+  [[nodiscard]] std::size_t remaining() const { return rest_.size(); }
+
+  /// As that of `byte_stream`.
+  std::optional<std::string_view> take_line() {
+    if (rest_.empty()) return std::nullopt;
+    const std::size_t end = rest_.find(line_end_);
+    auto line = rest_.substr(0, end);
+    rest_.remove_prefix(end == rest_.npos ? rest_.size() : end + 1);
+    ++line_;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    return line;
+  }
+
+  [[noreturn]] void fail_at_line(const std::string& what) const {
+    throw failure{what, true, line_};
+  }
+
+ private:
+  std::string_view rest_;
+  char line_end_;
+  std::uint64_t line_ = 0;
+};
+
 /// A stretch of bytes to read from front to back, of a known size, refilled piece by piece.
 class byte_stream {
  public:
@@ -94,6 +126,24 @@ class byte_stream {
       load(available + 1);
       if (end_ - begin_ == available) fail_at_byte("the file became shorter while it was read");
     }
+  }
+
+  /// How many lines were taken.
+  [[nodiscard]] std::uint64_t line() const { return line_; }
+  /// What ends them, once one was taken or looked at.
+  [[nodiscard]] char line_end() const { return line_end_; }
+
+  /// The whole lines among the next `count` bytes, of which there may be none, without taking them;
+  /// at the end of the file, also one without an end.
+  std::string_view peek_lines(std::size_t count) {
+    if (line_end_ == '\0') line_end_ = first_line_end();
+    const auto all = peek(count);
+    return all.size() == remaining() ? all : all.substr(0, all.rfind(line_end_) + 1);
+  }
+  /// Takes so many bytes of these, which are so many lines.
+  void pass_lines(std::size_t count, std::uint64_t lines) {
+    take(count);
+    line_ += lines;
   }
 
   [[noreturn]] void fail_at_line(const std::string& what) const {

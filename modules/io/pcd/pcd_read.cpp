@@ -27,6 +27,7 @@ module cilantro.io;
 import :cloud_builder;
 import :cloud_source;
 import :file_scope;
+import :line_blocks;
 
 namespace cilantro {
 namespace {
@@ -111,28 +112,44 @@ class pcd_reader {
   }
 
   void read_lines(index_t count) {
-    for (index_t i = 0; i < count; ++i) {
-      if (i % 4096 == 0) watch(options_.monitor, first_ + double(i), double(header_.points));
-      word_reader words{next_line(), true};
-      for (std::size_t f = 0; f < fields_.size(); ++f)
-        detail::visit_number(fields_[f].type, [&]<class T>(T value) {
-          const auto word = words.next();
-          if (word.empty()) in_.fail_at_line("the value of \"" + fields_[f].name + "\" is missing");
-          if (!detail::parse_number(word, value))
-            in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no value of \"" +
-                             fields_[f].name + "\"");
-          builder_->store(f, i, value);
-        });
-      if (!words.done()) in_.fail_at_line("there are more values than fields");
+    line_blocks blocks{in_, options_.threads, 2 * header_.columns()};
+    for (index_t done = 0; done < count;) {
+      watch(options_.monitor, first_ + double(done), double(header_.points));
+      const auto read = [&](auto& lines, index_t first, index_t n) {
+        for (index_t i = 0; i < n; ++i) read_line(lines, done + first + i);
+        return n;
+      };
+      const auto rows = blocks.read(count - done, is_point, [](index_t) {}, read);
+      done += rows ? rows->count : read(in_, 0, std::min(count - done, blocks.few));
     }
   }
 
-  /// The next line that is neither blank nor a comment.
-  std::string_view next_line() {
+  template <class Lines>
+  void read_line(Lines& in, index_t i) {
+    word_reader words{next_line(in), true};
+    for (std::size_t f = 0; f < fields_.size(); ++f)
+      detail::visit_number(fields_[f].type, [&]<class T>(T value) {
+        const auto word = words.next();
+        if (word.empty()) in.fail_at_line("the value of \"" + fields_[f].name + "\" is missing");
+        if (!detail::parse_number(word, value))
+          in.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no value of \"" +
+                          fields_[f].name + "\"");
+        builder_->store(f, i, value);
+      });
+    if (!words.done()) in.fail_at_line("there are more values than fields");
+  }
+
+  /// Whether a line is neither blank nor a comment.
+  static bool is_point(std::string_view line) {
+    return !line.starts_with('#') && !word_reader{line}.done();
+  }
+
+  template <class Lines>
+  static std::string_view next_line(Lines& in) {
     for (;;) {
-      const auto line = in_.take_line();
-      if (!line) in_.fail_at_line("the file ends before all points were read");
-      if (!line->starts_with('#') && !word_reader{*line}.done()) return *line;
+      const auto line = in.take_line();
+      if (!line) in.fail_at_line("the file ends before all points were read");
+      if (is_point(*line)) return *line;
     }
   }
 

@@ -29,6 +29,7 @@ module cilantro.io;
 import :cloud_builder;
 import :cloud_source;
 import :file_scope;
+import :line_blocks;
 
 namespace cilantro {
 namespace {
@@ -132,46 +133,64 @@ class vertex_reader {
   }
 
   void read_lines(index_t count) {
-    for (index_t i = 0; i < count; ++i) {
-      if (i % 4096 == 0) watch(i);
-      word_reader words{next_line(in_, "vertices")};
-      for (std::size_t p = 0; p < vertex_.properties.size(); ++p) {
-        if (vertex_.properties[p].is_list) {
-          skip_words(words);
-          continue;
-        }
-        detail::visit_number(vertex_.properties[p].type, [&]<class T>(T value) {
-          const auto word = words.next();
-          if (!parse_number(word, value)) fail_in_line(word, vertex_.properties[p]);
-          builder_->store(p, i, value);
-        });
-      }
-      if (!words.done()) in_.fail_at_line("there are more values than the vertex has properties");
+    line_blocks blocks{in_, options_.threads, 2 * vertex_.properties.size()};
+    for (index_t done = 0; done < count;) {
+      watch(done);
+      const auto read = [&](auto& lines, index_t first, index_t n) {
+        for (index_t i = 0; i < n; ++i) read_line(lines, done + first + i);
+        return n;
+      };
+      const auto rows = blocks.read(
+          count - done, [](std::string_view line) { return !is_blank(line); }, [](index_t) {},
+          read);
+      done += rows ? rows->count : read(in_, 0, std::min(count - done, blocks.few));
     }
     watch(static_cast<index_t>(vertex_.count));
   }
 
-  void skip_words(word_reader& words) {
-    std::uint32_t count = 0;
-    if (!parse_number(words.next(), count))
-      in_.fail_at_line("a list does not begin with its length");
-    for (; count > 0; --count)
-      if (words.next().empty()) in_.fail_at_line("a list is shorter than its length says");
+  template <class Lines>
+  void read_line(Lines& in, index_t i) {
+    word_reader words{next_line(in, "vertices")};
+    for (std::size_t p = 0; p < vertex_.properties.size(); ++p) {
+      if (vertex_.properties[p].is_list) {
+        skip_words(in, words);
+        continue;
+      }
+      detail::visit_number(vertex_.properties[p].type, [&]<class T>(T value) {
+        const auto word = words.next();
+        if (!parse_number(word, value)) fail_in_line(in, word, vertex_.properties[p]);
+        builder_->store(p, i, value);
+      });
+    }
+    if (!words.done()) in.fail_at_line("there are more values than the vertex has properties");
   }
 
-  [[noreturn]] void fail_in_line(std::string_view word, const property& p) const {
-    if (word.empty()) in_.fail_at_line("the value of \"" + p.name + "\" is missing");
-    in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no value of \"" + p.name +
-                     "\"");
+  template <class Lines>
+  static void skip_words(const Lines& in, word_reader& words) {
+    std::uint32_t count = 0;
+    if (!parse_number(words.next(), count))
+      in.fail_at_line("a list does not begin with its length");
+    for (; count > 0; --count)
+      if (words.next().empty()) in.fail_at_line("a list is shorter than its length says");
   }
+
+  template <class Lines>
+  [[noreturn]] static void fail_in_line(const Lines& in, std::string_view word, const property& p) {
+    if (word.empty()) in.fail_at_line("the value of \"" + p.name + "\" is missing");
+    in.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no value of \"" + p.name +
+                    "\"");
+  }
+
+  static bool is_blank(std::string_view line) { return word_reader{line}.done(); }
 
  public:
   /// The next line that is not blank.
-  static std::string_view next_line(byte_stream& in, const std::string& what) {
+  template <class Lines>
+  static std::string_view next_line(Lines& in, std::string_view what) {
     for (;;) {
       const auto line = in.take_line();
-      if (!line) in.fail_at_line("the file ends before all " + what + " were read");
-      if (!word_reader{*line}.done()) return *line;
+      if (!line) in.fail_at_line("the file ends before all " + std::string{what} + " were read");
+      if (!is_blank(*line)) return *line;
     }
   }
 

@@ -29,6 +29,8 @@ import :cloud_builder;
 import :cloud_columns;
 import :cloud_source;
 import :file_scope;
+import :line_blocks;
+import :number_rows;
 
 namespace cilantro {
 namespace {
@@ -108,13 +110,21 @@ class text_reader {
                        : columns_ == 2 ? "the points have two coordinates, and three are asked for"
                                        : "the points have no x, y and z");
     builder.resize(rows_);
-    for (std::size_t c = 0; c < columns_ && rows_ > 0; ++c) {
-      const auto* data = reinterpret_cast<const char*>(values_.data() + c);
+    parallel_blocks(rows_, values_.block_rows(), {.threads = options_.threads},
+                    [&](index_t, index_t begin, index_t end) { store(builder, begin, end); });
+    values_.reset(columns_);
+    return builder.finish(std::exchange(comments_, {}));
+  }
+
+ private:
+  void store(cloud_builder<S, D>& builder, index_t begin, index_t end) const {
+    for (std::size_t c = 0; c < columns_; ++c) {
       if (fields_[c].type == number::float64) {
-        builder.store_column(c, 0, rows_, data, columns_ * sizeof(double), false);
+        const auto* const first = reinterpret_cast<const char*>(values_[begin] + c);
+        builder.store_column(c, begin, end - begin, first, columns_ * sizeof(double), false);
         continue;
       }
-      for (index_t i = 0; i < rows_; ++i) {
+      for (index_t i = begin; i < end; ++i) {
         const double v = value(i, c);
         if (!is_byte(v))
           in_.fail_at_line(
@@ -123,18 +133,19 @@ class text_reader {
         builder.store(c, i, static_cast<std::uint8_t>(v));
       }
     }
-    values_ = {};
-    return builder.finish(std::exchange(comments_, {}));
   }
 
- private:
-  [[nodiscard]] double value(index_t row, std::size_t column) const {
-    return values_[static_cast<std::size_t>(row) * columns_ + column];
-  }
+  [[nodiscard]] double value(index_t row, std::size_t column) const { return values_[row][column]; }
 
   void read_rows(index_t most) {
     if (in_.position() == 0) in_.skip_byte_order_mark();
-    while (rows_ < most) {
+    line_blocks blocks{in_, options_.threads, 2 * std::max<std::size_t>(1, columns_)};
+    for (index_t line_by_line = 0; rows_ < most;) {
+      if (columns_ > 0 && line_by_line <= 0) {
+        line_by_line = take_rows(blocks, most);
+        if (line_by_line == 0) continue;
+      }
+      --line_by_line;
       const auto line = in_.take_line();
       if (!line) break;
       if (lines_++ % 4096 == 0) watch(options_.monitor, double(in_.position()), double(in_.size()));
@@ -155,6 +166,36 @@ class text_reader {
                        std::to_string(*count_));
   }
 
+  /// Takes rows by several threads. How many lines had better be taken one by one after that: those
+  /// that come next are few, or need a closer look, and more like that may follow.
+  index_t take_rows(line_blocks& blocks, index_t most) {
+    watch(options_.monitor, double(in_.position()), double(in_.size()));
+    index_t wanted = std::min<index_t>(most, std::numeric_limits<std::int32_t>::max() - 1) - rows_;
+    if (count_) wanted = std::min(wanted, *count_ - rows_before_ - rows_);
+    const auto read = blocks.read(
+        wanted, [](std::string_view line) { return !is_blank(line); },
+        [&](index_t rows) { values_.resize(rows_ + rows); },
+        [&](auto& lines, index_t first, index_t n) {
+          std::string copy;
+          for (index_t i = 0; i < n;) {
+            const auto before = lines;
+            const auto line = lines.take_line();
+            if (is_blank(*line)) continue;
+            const bool is_plain =
+                !comment_of(*line) && (has_decimal_commas_ || line->find(',') == line->npos);
+            if (!is_plain || !parse_row(*line, copy, values_[rows_ + first + i]).empty()) {
+              lines = before;
+              return i;
+            }
+            ++i;
+          }
+          return n;
+        });
+    if (!read) return blocks.few;
+    rows_ += read->count;
+    return read->is_stopped ? 16 * blocks.few : 0;
+  }
+
   /// Before the points of each scan in a PTS file: how many they are. False if it is something
   /// else.
   bool take_count(const names& words) {
@@ -167,35 +208,48 @@ class text_reader {
     return true;
   }
 
-  bool is_comment(std::string_view line) {
+  /// What a line says after # or //, if it begins so.
+  static std::optional<std::string_view> comment_of(std::string_view line) {
     while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
     const bool slashes = line.starts_with("//");
-    if (!slashes && !line.starts_with('#')) return false;
+    if (!slashes && !line.starts_with('#')) return std::nullopt;
     line.remove_prefix(slashes ? 2 : 1);
     if (line.starts_with(' ')) line.remove_prefix(1);
-    comments_.emplace_back(line);
-    return true;
+    return line;
+  }
+
+  bool is_comment(std::string_view line) {
+    const auto comment = comment_of(line);
+    if (comment) comments_.emplace_back(*comment);
+    return comment.has_value();
   }
 
   /// Appends the values of a line; false if it is blank.
   bool take_row(std::string_view line) {
     if (!has_decimal_commas_ && line.find(',') != line.npos) decide_about_commas(line);
+    if (is_blank(line)) return false;
+    values_.resize(rows_ + 1);
+    const auto wrong = parse_row(line, row_, values_[rows_]);
+    if (!wrong.empty()) in_.fail_at_line(wrong);
+    return true;
+  }
+
+  /// Puts the values of a line, one for each column, to `out`. What is wrong with it, or nothing.
+  /// `copy` is room for a line.
+  std::string parse_row(std::string_view line, std::string& copy, double* out) const {
     if (has_decimal_commas_.value_or(false)) {
-      row_ = line;
-      std::ranges::replace(row_, ',', '.');
-      line = row_;
+      copy = line;
+      std::ranges::replace(copy, ',', '.');
+      line = copy;
     }
     const char* at = line.data();
     const char* const end = at + line.size();
     const auto skip = [&] {
       while (at != end && is_separator(*at)) ++at;
     };
-    skip();
-    if (at == end) return false;
     std::size_t count = 0;
-    for (; at != end; skip(), ++count) {
-      if (count == columns_)
-        in_.fail_at_line("this line has another number of values than those before");
+    for (skip(); at != end; skip(), ++count) {
+      if (count == columns_) return "this line has another number of values than those before";
       double real = 0;
       const auto [rest, error] = std::from_chars(at, end, real);
       if (error != std::errc{} || (rest != end && !is_separator(*rest))) {
@@ -203,17 +257,18 @@ class text_reader {
         word_reader words{{at, static_cast<std::size_t>(end - at)}, true};
         const auto word = words.next();
         if (!detail::parse_number(word, real) && !is_skipped(count))
-          in_.fail_at_line("\"" + std::string{word.substr(0, 40)} + "\" is no number");
+          return "\"" + std::string{word.substr(0, 40)} + "\" is no number";
         at = word.data() + word.size();
       } else {
         at = rest;
       }
-      values_.push_back(real);
+      out[count] = real;
     }
-    if (count < columns_)
-      in_.fail_at_line("this line has another number of values than those before");
-    return true;
+    if (count < columns_) return "this line has another number of values than those before";
+    return {};
   }
+
+  static bool is_blank(std::string_view line) { return std::ranges::all_of(line, is_separator); }
 
   static bool is_separator(char c) {
     return c == ' ' || c == ',' || c == '\t' || c == ';' || c == '\r' || c == '\v' || c == '\f';
@@ -274,6 +329,7 @@ class text_reader {
     if (line.find(',') != line.npos) decide_about_commas(line);
     columns_ =
         has_decimal_commas_.value_or(false) ? columns_with_decimal_commas(line) : words.size();
+    values_.reset(columns_);
     return take_row(line);
   }
 
@@ -390,7 +446,7 @@ class text_reader {
   std::vector<file_field> fields_;
   std::optional<bool> has_decimal_commas_;  ///< Once a line with commas has told.
   std::string row_;
-  std::vector<double> values_;  ///< Row after row.
+  number_rows values_;
 };
 
 template <Scalar S, int D>
@@ -405,7 +461,7 @@ class text_source : public cloud_source<S, D> {
  public:
   text_source(const std::filesystem::path& path, const read_options& options)
       : file_{path},
-        options_{.origin = options.origin, .monitor = options.monitor},
+        options_{.origin = options.origin, .threads = options.threads, .monitor = options.monitor},
         reader_{file_.stream(), options_} {}
 
   [[nodiscard]] std::optional<std::uint64_t> size() const override { return std::nullopt; }

@@ -16,6 +16,7 @@ export struct text_read_options {
   origin_policy origin = origin_policy::automatic;  ///< Whether large coordinates get an origin.
   /// Whether commas are decimal commas, for files where this is ambiguous; see `read_text`.
   std::optional<bool> decimal_commas = {};
+  int threads = 0;  ///< How many read the numbers: see `execution`.
   task_monitor monitor = {};
 };
 
@@ -48,7 +49,7 @@ export struct text_write_options {
 /// Colours that are whole numbers from 0 to 255 are read as such; if all of them are 0 or 1, only
 /// if the columns are named red, green and blue. Other colours are numbers in [0, 1], or, if one of
 /// them is above 1, from 0 to 255 (if one is above 255, to 65535). Attributes hold doubles. Memory
-/// beside the result: up to 16 bytes per number. Throws `io_error` with path and line for a line
+/// beside the result: 8 bytes per number. Throws `io_error` with path and line for a line
 /// with another number of values than the first, a word that is not a number (except in a skipped
 /// column), or fewer points than the count says (points beyond the count are not read, which a
 /// comment then notes); throws `invalid_input` if `columns` does not contain x, y (and z).

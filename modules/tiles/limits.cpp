@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+module cilantro.tiles;
+
+import cilantro.eigen;
+import cilantro.geometry;
+import :communicator;
+import :limits;
+import :ranks;
+import :running;
+import :survey;
+
+namespace cilantro {
+namespace {
+
+/// The name of an attribute that no file of anybody else has.
+constexpr const char* noted_name = "cilantro_noted";
+
+template <Scalar S, int D>
+point_cloud<S, D> keep_up_to(double limit, std::span<const double> values,
+                             point_cloud<S, D>&& cloud) {
+  index_list kept;
+  for (index_t i = 0; i < cloud.size(); ++i)
+    if (values[i] <= limit) kept.push_back(static_cast<std::int32_t>(i));
+  return select(std::move(cloud), kept);
+}
+
+/// The step once its limit is known.
+template <Scalar S, int D>
+tile_step<S, D> limited(const tile_step<S, D>& step, double limit) {
+  auto local = step;
+  local.apply = [measure = step.measure, limit](point_cloud<S, D>&& cloud) {
+    return keep_up_to(limit, measure(cloud), std::move(cloud));
+  };
+  local.measure = {};
+  local.limit = {};
+  return local;
+}
+
+}  // namespace
+
+template <Scalar S, int D>
+tile_step<S, D> noting(const tile_step<S, D>& step) {
+  auto notes = step;
+  notes.apply = [measure = step.measure](point_cloud<S, D>&& cloud) {
+    auto values = measure(cloud);
+    cloud.set_attribute(noted_name, attribute_values{std::move(values)});
+    return std::move(cloud);
+  };
+  notes.measure = {};
+  notes.limit = {};
+  return notes;
+}
+
+template <Scalar S, int D>
+tile_step<S, D> keeping_noted(const tile_step<S, D>& step, double limit) {
+  return {step.name, {}, false, false, [limit](point_cloud<S, D>&& cloud) {
+            if (cloud.empty()) return std::move(cloud);
+            const auto values = cloud.template attribute_to<double>(noted_name);
+            std::erase_if(cloud.attributes,
+                          [](const attribute& a) { return a.name == noted_name; });
+            return keep_up_to(limit, values, std::move(cloud));
+          }};
+}
+
+template <Scalar S, int D>
+distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_monitor& monitor) {
+  const auto& survey = *cloud.survey();
+  std::vector<index_t> all(survey.tiles.size());
+  std::iota(all.begin(), all.end(), index_t{0});
+  distance_statistics mine;
+  std::mutex mutex;
+  on_all_ranks(cloud.ranks().get(), [&] {
+    run_all<D>(
+        survey, cloud.ranks().get(), all,
+        [&](index_t t) { return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0); },
+        [&](index_t t) {
+          const auto points =
+              run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop);
+          if (points.empty()) return;
+          const auto found =
+              statistics_of(points.template attribute_as<double>(noted_name), {.threads = 1});
+          const std::scoped_lock lock{mutex};
+          mine += found;
+        },
+        monitor);
+  });
+  return add_up(cloud.ranks().get(), mine);
+}
+
+template <Scalar S, int D>
+std::vector<tile_step<S, D>> with_limits(const tiled_cloud<S, D>& cloud,
+                                         const task_monitor& monitor) {
+  std::vector<tile_step<S, D>> steps;
+  for (const auto& step : cloud.steps()) {
+    if (!step.measure) {
+      steps.push_back(step);
+      continue;
+    }
+    auto measuring = steps;
+    measuring.push_back(noting(step));
+    const tiled_cloud<S, D> measured{cloud.survey(), std::move(measuring), cloud.ranks()};
+    steps.push_back(limited(step, step.limit(noted_statistics(measured, monitor))));
+  }
+  return steps;
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                              \
+  template tile_step<S, D> noting(const tile_step<S, D>&);                                      \
+  template tile_step<S, D> keeping_noted(const tile_step<S, D>&, double);                       \
+  template distance_statistics noted_statistics(const tiled_cloud<S, D>&, const task_monitor&); \
+  template std::vector<tile_step<S, D>> with_limits(const tiled_cloud<S, D>&, const task_monitor&);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

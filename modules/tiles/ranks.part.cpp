@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+//
+// What the ranks of a job tell each other. Internal.
+module;
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+module cilantro.tiles:ranks;
+
+import cilantro.core;
+import cilantro.geometry;
+import :communicator;
+
+namespace cilantro {
+
+/// What each rank says, by rank; only what this one says if it is alone.
+std::vector<std::string> gather_texts(const process_group* ranks, std::string_view mine);
+
+/// Calls `f` on all ranks, or on the first alone, and waits for all. If it throws on one, each rank
+/// throws: that one the same, others what it was, as a `std::runtime_error`.
+void on_all_ranks(const process_group* ranks, const std::function<void()>& f);
+void on_first_rank(const process_group* ranks, const std::function<void()>& f);
+
+/// The sum of what all ranks have.
+distance_statistics add_up(const process_group* ranks, const distance_statistics& mine);
+
+}  // namespace cilantro

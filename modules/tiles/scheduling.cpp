@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "core/parallel_backend.hpp"
+module cilantro.tiles;
+
+import :communicator;
+import :running;
+import :survey;
+
+namespace cilantro {
+namespace {
+
+/// Threads that take the next tile, and begin as soon as there is memory for it.
+class crew {
+ public:
+  crew(std::span<const std::uint64_t> costs, std::uint64_t memory,
+       const std::function<std::optional<index_t>()>& next,
+       const std::function<void(index_t)>& work, const task_monitor& monitor)
+      : costs_{costs}, memory_{memory}, next_{next}, work_{work}, monitor_{monitor} {}
+
+  /// `share(i)` is how much of the progress tile `i` of the order is.
+  void run(int threads, const std::function<double(index_t)>& share) {
+    threads == 1 ? run_here(share) : run_apart(threads, share);
+    if (error_) std::rethrow_exception(error_);
+    if (monitor_.stop.stop_requested()) throw cancelled{};
+    if (monitor_.progress) monitor_.progress(1);
+  }
+
+ private:
+  void run_here(const std::function<double(index_t)>& share) {
+    while (take_one(share))
+      if (monitor_.progress && !error_) monitor_.progress(std::min(share_, 1.0));
+  }
+  void run_apart(int threads, const std::function<double(index_t)>& share) {
+    const int each = detail::threads_of_part(threads);
+    std::vector<std::thread> others;
+    others.reserve(static_cast<std::size_t>(threads));
+    for (int t = 0; t < threads; ++t) {
+      const std::scoped_lock lock{mutex_};
+      try {
+        others.emplace_back([this, each, &share] {
+          detail::use_threads(each);
+          while (take_one(share)) {
+          }
+          const std::scoped_lock end{mutex_};
+          --at_work_;
+          changed_.notify_all();
+        });
+        ++at_work_;
+      } catch (const std::system_error&) {
+        if (others.empty()) throw;
+        break;  // Fewer threads give the same results.
+      }
+    }
+    watch();
+    for (auto& thread : others) thread.join();
+  }
+
+  bool take_one(const std::function<double(index_t)>& share) {
+    std::exception_ptr error;
+    std::uint64_t cost = 0;
+    double done = 0;
+    try {
+      if (is_over()) return false;
+      const auto i = next_();
+      if (!i) return false;
+      {
+        std::unique_lock lock{mutex_};
+        changed_.wait(lock, [&] { return in_use_ == 0 || in_use_ + costs_[*i] <= memory_; });
+        cost = costs_[*i];
+        in_use_ += cost;
+      }
+      if (!is_over()) {
+        work_(*i);
+        done = share(*i);
+      }
+    } catch (...) {
+      error = std::current_exception();
+    }
+    const std::scoped_lock lock{mutex_};
+    in_use_ -= cost;
+    share_ += done;
+    if (error && !error_) error_ = error;
+    changed_.notify_all();
+    return true;
+  }
+
+  [[nodiscard]] bool is_over() {
+    const std::scoped_lock lock{mutex_};
+    return error_ || monitor_.stop.stop_requested();
+  }
+
+  /// On the thread of the caller, which is the one that progress is reported on.
+  void watch() {
+    std::unique_lock lock{mutex_};
+    for (double reported = 0; at_work_ > 0;) {
+      changed_.wait(lock);
+      if (!monitor_.progress || share_ <= reported) continue;
+      reported = share_;
+      lock.unlock();
+      std::exception_ptr error;
+      try {
+        monitor_.progress(std::min(reported, 1.0));
+      } catch (...) {
+        error = std::current_exception();
+      }
+      lock.lock();
+      if (error && !error_) error_ = error;
+    }
+  }
+
+  std::span<const std::uint64_t> costs_;
+  std::uint64_t memory_;
+  const std::function<std::optional<index_t>()>& next_;
+  const std::function<void(index_t)>& work_;
+  const task_monitor& monitor_;
+
+  std::mutex mutex_;  // Of all below.
+  std::condition_variable changed_;
+  int at_work_ = 0;
+  std::uint64_t in_use_ = 0;
+  double share_ = 0;
+  std::exception_ptr error_;
+};
+
+}  // namespace
+
+template <int D>
+void run_all(const tile_survey<D>& survey, const process_group* ranks,
+             std::span<const index_t> tiles, const std::function<std::uint64_t(index_t)>& cost,
+             const std::function<void(index_t)>& work, const task_monitor& monitor) {
+  if (monitor.stop.stop_requested()) throw cancelled{};
+  std::vector<index_t> order(tiles.begin(), tiles.end());
+  std::ranges::sort(order, std::ranges::greater{},
+                    [&](index_t t) { return std::pair{survey.tiles[t].points, -t}; });
+  std::vector<std::uint64_t> costs;
+  double points = 0;
+  for (const index_t t : order) {
+    costs.push_back(cost(t));
+    points += double(survey.tiles[t].points);
+  }
+  const index_t count = std::ssize(order);
+  std::atomic<index_t> taken = 0;
+  std::function<std::optional<index_t>()> next = [&]() -> std::optional<index_t> {
+    const index_t i = taken++;
+    return i < count ? std::optional{i} : std::nullopt;
+  };
+  if (ranks != nullptr) {
+    ranks->deal(count);
+    next = ranks->next_ticket;
+  }
+  const std::function<void(index_t)> work_on = [&](index_t i) { work(order[i]); };
+  const index_t most = survey.threads > 0 ? survey.threads : detail::threads_of_part(1);
+  crew all{costs, survey.memory, next, work_on, monitor};
+  all.run(static_cast<int>(std::max<index_t>(1, std::min(most, count))),
+          [&](index_t i) { return double(survey.tiles[order[i]].points) / points; });
+}
+
+template void run_all(const tile_survey<2>&, const process_group*, std::span<const index_t>,
+                      const std::function<std::uint64_t(index_t)>&,
+                      const std::function<void(index_t)>&, const task_monitor&);
+template void run_all(const tile_survey<3>&, const process_group*, std::span<const index_t>,
+                      const std::function<std::uint64_t(index_t)>&,
+                      const std::function<void(index_t)>&, const task_monitor&);
+
+}  // namespace cilantro

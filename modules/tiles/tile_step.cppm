@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+export module cilantro.tiles:tile_step;
+
+import cilantro.standard;
+import cilantro.core;
+import cilantro.geometry;
+import cilantro.cloud;
+
+namespace cilantro {
+
+/// A step that says how far around a point it looks to decide what becomes of that point: it has a
+/// member `reach()`, as the steps of the library do. Only such a step runs on tiles, since only
+/// then is it known how much of its neighbours a tile needs. See `with_reach`.
+export template <class T>
+concept SaysReach = requires(const T& step) {
+  { step.reach() } -> std::convertible_to<step_reach>;
+};
+
+/// A step of your own that says how far it looks: what `with_reach` returns.
+export template <class F>
+struct reaching_step : pipeline_step {
+  step<F> function;    ///< What is called.
+  step_reach reaches;  ///< What `reach()` says.
+
+  reaching_step(F call, step_reach how_far) : function{std::move(call)}, reaches{how_far} {}
+  [[nodiscard]] step_reach reach() const { return reaches; }
+  template <class C>
+    requires StepFor<F, C>
+  decltype(auto) operator()(C&& cloud) const {
+    return function(std::forward<C>(cloud));
+  }
+};
+
+/// A function of clouds as a step that looks at most `distance` away from a point, in the units of
+/// the points, to decide what becomes of it: `survey | with_reach(0.5, [](auto cloud) { … })`. 0
+/// for a function that treats each point by itself. The function must not depend on anything else,
+/// such as the number of points; must keep the order of the points; and must not move them. It is
+/// called by several threads at once. Throws `invalid_input` for a negative or infinite distance.
+export template <class F>
+[[nodiscard]] auto with_reach(double distance, F function) {
+  expect_between(0, distance, std::numeric_limits<double>::max(), "with_reach: the distance");
+  return reaching_step<F>{std::move(function), {.distance = distance}};
+}
+
+/// A step on tiles, whatever its type.
+template <Scalar S, int D>
+struct tile_step {
+  std::string name;
+  step_reach reach;
+  bool moves_points = false, writes_outside = false;
+  std::function<point_cloud<S, D>(point_cloud<S, D>&&)> apply;
+  /// Of a step that keeps points by a number that each has, if that is at most a limit that all
+  /// points together decide; otherwise empty, as `limit` is. Such a step has no `apply`.
+  std::function<std::vector<double>(const point_cloud<S, D>&)> measure = {};
+  std::function<double(const distance_statistics&)> limit = {};
+};
+
+/// A step that keeps points by a number that each has, if that is at most a limit that all points
+/// together decide.
+template <class T, class C>
+concept MeasuringStep = requires(const T& step, const C& cloud, const distance_statistics& all) {
+  { step.measure(cloud) } -> std::same_as<std::vector<double>>;
+  { step.template limit<typename C::scalar>(all) } -> std::same_as<double>;
+};
+
+/// Whether a step says that it moves points.
+template <class T>
+[[nodiscard]] bool moves_points_of(const T& step) {
+  if constexpr (requires { step.moves_points(); })
+    return step.moves_points();
+  else
+    return false;
+}
+
+template <class Step, class C>
+inline constexpr bool keeps_type = false;
+template <class Step, class C>
+  requires StepFor<Step, C>
+inline constexpr bool keeps_type<Step, C> =
+    std::same_as<std::remove_cvref_t<std::invoke_result_t<const Step&, C>>, C>;
+
+/// A step as it is applied to a tile.
+template <class Step>
+[[nodiscard]] auto for_tiles(const Step& step) {
+  if constexpr (requires { step.on_tiles(); })
+    return step.on_tiles();
+  else
+    return step;
+}
+
+template <Scalar S, int D, class Step>
+void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
+  using on_tiles = decltype(for_tiles(next));
+  if constexpr (is_pipeline<Step>) {
+    std::apply([&](const auto&... each) { (add_tile_steps(steps, each), ...); }, next.steps());
+  } else if constexpr (MeasuringStep<on_tiles, point_cloud<S, D>>) {
+    const auto step = for_tiles(next);
+    steps.push_back(
+        {name_of(next),
+         step.reach(),
+         false,
+         writes_outside_of(next),
+         {},
+         [step](const point_cloud<S, D>& cloud) { return step.measure(cloud); },
+         [step](const distance_statistics& all) { return step.template limit<S>(all); }});
+  } else {
+    static_assert(
+        SaysReach<Step>,
+        "a step on tiles must say how far around a point it looks: give it a member "
+        "`step_reach reach() const`, or wrap a function in with_reach(distance, function)");
+    static_assert(keeps_type<Step, point_cloud<S, D>>,
+                  "a step on tiles must accept the clouds of the tiles and return the same type");
+    if constexpr (SaysReach<Step> && keeps_type<Step, point_cloud<S, D>>)
+      steps.push_back(
+          {name_of(next), next.reach(), moves_points_of(next), writes_outside_of(next),
+           [step = for_tiles(next)](point_cloud<S, D>&& cloud) { return step(std::move(cloud)); }});
+  }
+}
+
+}  // namespace cilantro

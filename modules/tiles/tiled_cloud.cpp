@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+module;
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <numeric>
+#include <utility>
+#include <vector>
+module cilantro.tiles;
+
+import cilantro.eigen;
+import :limits;
+import :loading;
+import :ranks;
+import :region;
+import :running;
+import :survey;
+
+namespace cilantro {
+namespace {
+
+std::vector<index_t> all_numbers(index_t count) {
+  std::vector<index_t> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), index_t{0});
+  return all;
+}
+
+}  // namespace
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+std::uint64_t tiled_cloud<S, D>::size() const {
+  return survey_->points;
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+box tiled_cloud<S, D>::bounds() const {
+  expects(!survey_->bounds.empty(), "tiled_cloud: there are no points, so that there is no box");
+  return {survey_->bounds.lower, survey_->bounds.upper};
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+double tiled_cloud<S, D>::edge() const {
+  return survey_->edge;
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_vector<double, D> tiled_cloud<S, D>::origin() const {
+  return survey_->origin;
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+const std::vector<tile_info>& tiled_cloud<S, D>::tiles() const {
+  return survey_->tiles;
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+std::vector<std::filesystem::path> tiled_cloud<S, D>::files() const {
+  std::vector<std::filesystem::path> all;
+  for (const auto& file : survey_->files) all.push_back(file.path);
+  return all;
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> tiled_cloud<S, D>::read() const {
+  const auto& survey = *survey_;
+  const auto steps = with_limits<S, D>({survey_, steps_}, {});
+  std::vector<point_cloud<S, D>> parts(survey.tiles.size());
+  run_all<D>(
+      survey, nullptr, all_numbers(std::ssize(survey.tiles)),
+      [&](index_t t) { return memory_of<S, D>(survey, steps, survey.tiles[t], 0); },
+      [&](index_t t) { parts[t] = run_tile<S, D>(survey, steps, survey.tiles[t], 0, {}); }, {});
+  for (std::size_t t = 1; t < parts.size(); ++t) parts[t].comments.clear();
+  return append_all(parts);
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> tiled_cloud<S, D>::read_tile(index_t number) const {
+  expects(0 <= number && number < std::ssize(survey_->tiles),
+          "read_tile: there is no tile of that number");
+  return run_tile<S, D>(*survey_, with_limits<S, D>({survey_, steps_}, {}), survey_->tiles[number],
+                        0, {});
+}
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+point_cloud<S, D> tiled_cloud<S, D>::read_box(const box& region) const {
+  region.check(region.lower.size());
+  expects(region.lower.size() == 2 || region.lower.size() == D,
+          "read_box: the box must have two dimensions, or those of the points");
+  auto found = load_region<S, D>(
+      *survey_,
+      tile_region<D>{{region.lower[0], region.lower[1]}, {region.upper[0], region.upper[1]}}, {});
+  return region.lower.size() == D ? crop(std::move(found), region) : found;
+}
+
+template <Scalar S, int D>
+void visit_tiles(const tiled_cloud<S, D>& cloud, double halo, const for_each_tile_options& options,
+                 const std::function<void(tile<S, D>&)>& f) {
+  expect_between(0, halo, 1e300, "for_each_tile: halo");
+  for (const auto& step : cloud.steps())
+    expects(halo == 0 || !step.moves_points,
+            "for_each_tile: the surroundings of a tile are not "
+            "known after the step " +
+                step.name + ", which moves points");
+  const auto& survey = *cloud.survey();
+  const auto steps = with_limits(cloud, options.monitor);
+  const auto visit = [&](index_t t) {
+    tile<S, D> next{survey.tiles[t],
+                    run_tile<S, D>(survey, steps, survey.tiles[t], halo, options.monitor.stop),
+                    {}};
+    for (index_t i = 0; i < next.cloud.size(); ++i)
+      if (halo == 0 || is_in_tile(next.cloud, i, next.info, survey.edge))
+        next.inside.push_back(static_cast<std::int32_t>(i));
+    if (!next.inside.empty()) f(next);
+  };
+  const auto cost = [&](index_t t) {
+    return memory_of<S, D>(survey, steps, survey.tiles[t], halo);
+  };
+  auto one_at_a_time = survey;
+  if (!options.parallel) one_at_a_time.threads = 1;
+  on_all_ranks(cloud.ranks().get(), [&] {
+    run_all<D>(one_at_a_time, cloud.ranks().get(), all_numbers(std::ssize(survey.tiles)), cost,
+               visit, options.monitor);
+  });
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                          \
+  template class tiled_cloud<S, D>;                                                         \
+  template void visit_tiles(const tiled_cloud<S, D>&, double, const for_each_tile_options&, \
+                            const std::function<void(tile<S, D>&)>&);
+CILANTRO_INSTANTIATE(float, 2)
+CILANTRO_INSTANTIATE(float, 3)
+CILANTRO_INSTANTIATE(double, 2)
+CILANTRO_INSTANTIATE(double, 3)
+#undef CILANTRO_INSTANTIATE
+
+}  // namespace cilantro

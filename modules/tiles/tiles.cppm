@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+//
+// cilantro.tiles: clouds that are larger than memory, as tiles in files.
+export module cilantro.tiles;
+
+export import cilantro.io;
+export import :communicator;
+export import :tile_step;
+export import :tiled_cloud;
+export import :write_tiles;
+export import :for_each_tile;

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+import cilantro;
+import test_support;
+import tile_support;
+using namespace cilantro;
+using test::check_same;
+using test::terrain;
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string text_of(const fs::path& path) {
+  std::ifstream in{path, std::ios::binary};
+  return {std::istreambuf_iterator<char>{in}, std::istreambuf_iterator<char>{}};
+}
+void write_text_of(const fs::path& path, const std::string& text) {
+  std::ofstream{path, std::ios::binary} << text;
+}
+
+/// How a child process ends that does `work`.
+template <class F>
+int status_of_child(F work) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    try {
+      work();
+    } catch (...) {
+      ::_exit(3);
+    }
+    ::_exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return status;
+}
+
+}  // namespace
+
+TEST_CASE("files, a folder and a pattern are opened in the order of names") {
+  const test::temporary_folder folder;
+  const auto ground = terrain<float>(3000);
+  for (const int part : {0, 1, 2})
+    write_ply(select(ground, index_list{part, part + 10, part + 20}),
+              folder / ("strip_" + std::to_string(part) + ".ply"));
+  write_text_of(folder / "readme.md", "no points");
+  CHECK(open_tiles<float>(folder.path()).size() == 9);
+  CHECK(open_tiles<float>(folder / "strip_?.ply").size() == 9);
+  CHECK(open_tiles<float>(folder / "*_2*").size() == 3);
+  CHECK(open_tiles<float>(folder / "strip_1.ply").size() == 3);
+  const std::vector<fs::path> two{folder / "strip_2.ply", folder / "strip_0.ply"};
+  CHECK(open_tiles<float>(two).files() == two);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "x*"), invalid_input);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "none.ply"), io_error);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "readme.md"), invalid_input);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "no/where/*.ply"), io_error);
+}
+
+TEST_CASE("a cloud without points, and one with one, are tiled") {
+  const test::temporary_folder folder;
+  write_ply(point_cloud<float, 3>{}, folder / "none.ply");
+  const auto none = open_tiles<float>(folder / "none.ply");
+  CHECK(none.size() == 0);
+  CHECK(none.tiles().empty());
+  CHECK(none.read().empty());
+  CHECK_THROWS_AS((void)none.bounds(), invalid_input);
+  CHECK((none | estimate_normals(knn{5}) | write_tiles(folder / "t")).size() == 0);
+  point_cloud<float, 3> one;
+  one.points = Eigen::Vector3f{1, 2, 3};
+  write_ply(one, folder / "one.ply");
+  const auto single = open_tiles<float>(folder / "one.ply") | estimate_normals(knn{5}) |
+                      remove_statistical_outliers() | write_tiles(folder / "u");
+  CHECK(single.read().size() == 1);
+}
+
+TEST_CASE("options that make no sense are errors") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(1000), folder / "a.ply");
+  const auto path = folder / "a.ply";
+  CHECK_THROWS_AS((void)open_tiles<float>(path, {.edge = -1}), invalid_input);
+  CHECK_THROWS_AS((void)open_tiles<float>(path, {.edge = 1e-300}), invalid_input);
+  CHECK_THROWS_AS((void)open_tiles<float>(path, {.threads = -1}), invalid_input);
+  CHECK_THROWS_AS((void)with_reach(-1, [](point_cloud<float, 3> c) { return c; }), invalid_input);
+  const auto survey = open_tiles<float>(path, {.edge = 10});
+  CHECK_THROWS_AS((void)survey.read_tile(-1), invalid_input);
+  CHECK_THROWS_AS((void)survey.read_tile(std::ssize(survey.tiles())), invalid_input);
+  CHECK_THROWS_AS(for_each_tile(survey, halo{-1}, [](auto&) {}), invalid_input);
+  CHECK_THROWS_AS((void)write_tiles(survey, folder / "t", {.format = ".xyz"}), invalid_input);
+  CHECK_THROWS_WITH_AS((void)(open_tiles<float>(path, {.edge = 10, .memory = 1_MB}).read()),
+                       doctest::Contains("smaller edge, or more memory"), invalid_input);
+}
+
+TEST_CASE("a folder that is not empty is not written to") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(1000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 10});
+  CHECK_THROWS_AS((void)write_tiles(survey, folder.path()), invalid_input);
+  (void)write_tiles(survey, folder / "t");
+  CHECK_THROWS_AS((void)write_tiles(survey, folder / "t"), invalid_input);
+  CHECK_THROWS_AS((void)write_tiles(survey, folder / "t", {.resume = true}), invalid_input);
+  CHECK_THROWS_AS((void)write_tiles(survey, folder / "a.ply"), io_error);
+}
+
+TEST_CASE("parts that a file lacks are an error that names it, and others are left out") {
+  const test::temporary_folder folder;
+  auto ground = terrain<float>(100);
+  write_ply(ground, folder / "a.ply");
+  ground.attributes.clear();
+  write_ply(ground, folder / "b.ply");
+  CHECK_THROWS_WITH_AS((void)open_tiles<float>(folder.path()).read(),
+                       doctest::Contains("b.ply: has no attribute \"number\""), io_error);
+  const std::vector<fs::path> turned{folder / "b.ply", folder / "a.ply"};
+  CHECK(open_tiles<float>(turned).read().attributes.empty());
+}
+
+TEST_CASE("a file that changes after it was opened is an error") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(1000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 10});
+  write_ply(terrain<float>(900), folder / "a.ply");
+  CHECK_THROWS_WITH_AS((void)survey.read(), doctest::Contains("has changed"), io_error);
+  const auto tiles = open_tiles<float>(folder / "a.ply", {.edge = 10}) | write_tiles(folder / "t");
+  fs::resize_file(tiles.files()[0], fs::file_size(tiles.files()[0]) - 1);
+  CHECK_THROWS_AS((void)tiles.read(), io_error);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "t").read(), io_error);
+  fs::remove(tiles.files()[0]);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "t").read(), io_error);
+}
+
+TEST_CASE("an index that is cut, or says anything else, is an error and no crash") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(300), folder / "a.ply");
+  (void)(open_tiles<float>(folder / "a.ply", {.edge = 40}) | write_tiles(folder / "t"));
+  const auto path = folder / "t" / "tiles.index";
+  const std::string good = text_of(path);
+  for (std::size_t length = 0; length + 1 < good.size(); length += 7) {
+    write_text_of(path, good.substr(0, length));
+    CHECK_THROWS_AS((void)open_tiles<float>(folder / "t"), io_error);
+  }
+  for (std::size_t at = 0; at < good.size(); at += 5)
+    for (const char c : {'9', '-', ' ', '\n', 'x'}) {
+      auto bad = good;
+      bad[at] = c;
+      write_text_of(path, bad);
+      try {
+        (void)open_tiles<float>(folder / "t").read();
+      } catch (const io_error&) {
+      } catch (const invalid_input&) {
+      }
+    }
+  auto elsewhere = good;
+  elsewhere.replace(elsewhere.find("name ") + 5, 2, "../");
+  write_text_of(path, elsewhere);
+  CHECK_THROWS_AS((void)open_tiles<float>(folder / "t"), io_error);
+}
+
+TEST_CASE("a run that is cancelled goes on where it was, to the same result") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(10'000), folder / "a.ply");
+  const auto survey =
+      open_tiles<float>(folder / "a.ply", {.edge = 10, .threads = 1}) | estimate_normals(knn{8});
+  std::stop_source stop;
+  std::vector<double> progress;
+  CHECK_THROWS_AS((void)write_tiles(survey, folder / "t",
+                                    {.monitor = {.progress =
+                                                     [&](double share) {
+                                                       progress.push_back(share);
+                                                       if (share > 0.5) stop.request_stop();
+                                                     },
+                                                 .stop = stop.get_token()}}),
+                  cancelled);
+  CHECK(std::is_sorted(progress.begin(), progress.end()));
+  CHECK(fs::exists(folder / "t/tiles.unfinished"));
+  const auto done = std::distance(fs::directory_iterator{folder / "t"}, fs::directory_iterator{});
+  CHECK(done > 3);
+  // A line that was cut, and a tile that is not what was noted, are done again.
+  std::ofstream{folder / "t/tiles.unfinished", std::ios::app} << "file 12 1";
+  CHECK_THROWS_WITH_AS(
+      (void)write_tiles(survey | voxel_downsample(1), folder / "t", {.resume = true}),
+      doctest::Contains("other files, steps or options"), invalid_input);
+  check_same(write_tiles(survey, folder / "t", {.resume = true}).read(), survey.read());
+}
+
+TEST_CASE("a process that is killed at any moment loses nothing but time") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(20'000), folder / "a.ply");
+  const auto run = [&](const fs::path& out, bool resume) {
+    return open_tiles<float>(folder / "a.ply", {.edge = 8, .threads = 1}) |
+           remove_statistical_outliers({.neighbors = 8}) | estimate_normals(knn{8}) |
+           write_tiles(out, {.resume = resume});
+  };
+  const auto expected = run(folder / "whole", false).read();
+  const auto out = folder / "out";
+  int killed = 0;
+  for (int milliseconds = 1; milliseconds < 400; milliseconds += 1 + milliseconds / 6) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      try {
+        (void)run(out, true);
+      } catch (...) {
+        ::_exit(3);
+      }
+      ::_exit(0);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{milliseconds});
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    killed += WIFSIGNALED(status);
+    CHECK((WIFSIGNALED(status) || WEXITSTATUS(status) == 0));
+    if (fs::exists(out)) {
+      for (const auto& entry : fs::directory_iterator{out})
+        if (entry.path().extension() == ".ply") CHECK(read_ply<float>(entry.path()).size() > 0);
+    }
+    if (fs::exists(out / "tiles.index")) break;
+  }
+  CHECK(killed > 0);
+  if (!fs::exists(out / "tiles.index")) (void)run(out, true);
+  check_same(open_tiles<float>(out).read(), expected);
+  for (const auto& entry : fs::directory_iterator{out})
+    CHECK((entry.path().extension() == ".ply" || entry.path().filename() == "tiles.index"));
+}
+
+TEST_CASE("a disk that is full is an error, and what was written is resumed") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(20'000), folder / "a.ply");
+  const auto run = [&](bool resume) {
+    return open_tiles<float>(folder / "a.ply", {.edge = 30, .threads = 1}) |
+           estimate_normals(knn{8}) | write_tiles(folder / "t", {.resume = resume});
+  };
+  const int status = status_of_child([&] {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{100'000, 100'000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      (void)run(false);
+    } catch (const io_error&) {
+      ::_exit(7);
+    }
+  });
+  CHECK(WEXITSTATUS(status) == 7);
+  CHECK(!fs::exists(folder / "t/tiles.index"));
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 30});
+  check_same(run(true).read(), (survey | estimate_normals(knn{8})).read());
+}

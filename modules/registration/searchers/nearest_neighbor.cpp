@@ -210,6 +210,7 @@ void keep_within(S limit, const tracked_queries<S>& found, int threads, correspo
     first[b + 1] = count;
   });
   std::partial_sum(first.begin(), first.end(), first.begin());
+  out.reserve(found.nearest.size());
   out.resize(first.back());
   parallel_blocks(n, block, {.threads = threads}, [&](index_t b, index_t begin, index_t end) {
     index_t next = first[b];

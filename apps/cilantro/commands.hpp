@@ -7,9 +7,13 @@ namespace CLI {
 class App;
 }
 
+class job_of_ranks;
+
 void add_info(CLI::App& app);
 void add_convert(CLI::App& app);
-void add_run(CLI::App& app);
+/// These divide the tiles of a survey among the ranks of a job, if there is one.
+void add_run(CLI::App& app, job_of_ranks* ranks);
+void add_tile(CLI::App& app, job_of_ranks* ranks);
 void add_align(CLI::App& app);
 void add_warp(CLI::App& app);
 void add_odometry(CLI::App& app);

@@ -14,6 +14,20 @@ void add_depth_options(CLI::App& command, Settings& depth) {
       ->check(CLI::PositiveNumber);
 }
 
+/// How clouds that are larger than memory are opened.
+template <class Settings>
+void add_tiling_options(CLI::App& command, Settings& tiling) {
+  command
+      .add_option("--edge", tiling.edge, "Of a tile, in the units of the points; else by memory")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--memory", tiling.megabytes,
+                  "In megabytes, of each process; else half of what the machine has")
+      ->check(CLI::Range(1, 1'000'000'000));
+  command.add_option("--threads", tiling.threads, "0 leaves the choice to OpenMP")
+      ->check(CLI::NonNegativeNumber);
+}
+
 /// What commands have in common that draw clouds.
 template <class Settings>
 void add_drawing_options(CLI::App& command, Settings& settings) {

@@ -92,6 +92,28 @@ json describe(const std::string& file, const point_cloud<S, 3>& cloud) {
   return description;
 }
 
+/// Of tiles, what their index says.
+json describe_tiles(const std::string& folder) {
+  const auto tiles = open_tiles<double>(folder);
+  json description{{"folder", folder},
+                   {"points", tiles.size()},
+                   {"files", tiles.files().size()},
+                   {"tiles", tiles.tiles().size()},
+                   {"edge", tiles.edge()}};
+  if (!tiles.tiles().empty()) {
+    const auto box = tiles.bounds();
+    description["min"] = {box.lower[0], box.lower[1], box.lower[2]};
+    description["max"] = {box.upper[0], box.upper[1], box.upper[2]};
+  }
+  return description;
+}
+
+json describe_input(const info_settings& settings) {
+  if (means_tiles(settings.file)) return describe_tiles(settings.file);
+  const auto input = read_input(settings.file, settings.depth, settings.quiet);
+  return std::visit([&](const auto& cloud) { return describe(settings.file, cloud); }, input.cloud);
+}
+
 void print(const json& description) {
   for (const auto& [key, value] : description.items()) {
     if (key == "attributes" || key == "comments") {
@@ -109,14 +131,13 @@ void print(const json& description) {
 void add_info(CLI::App& app) {
   const auto settings = std::make_shared<info_settings>();
   auto* command = app.add_subcommand("info", "Says what a file holds");
-  command->add_option("FILE", settings->file, "A cloud or a depth image")->required();
+  command->add_option("FILE", settings->file, "A cloud, a depth image, or a folder of tiles")
+      ->required();
   add_depth_options(*command, settings->depth);
   command->add_flag("--json", settings->as_json, "As one JSON object");
   command->add_flag("--quiet", settings->quiet, "No progress");
   command->callback([settings] {
-    const auto input = read_input(settings->file, settings->depth, settings->quiet);
-    const auto description =
-        std::visit([&](const auto& cloud) { return describe(settings->file, cloud); }, input.cloud);
+    const auto description = describe_input(*settings);
     if (settings->as_json)
       std::cout << description.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
     else

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// cilantro info|convert|run|align|warp|odometry|model|segment|plane|hull|crop|picture|html|view:
-// point clouds on the command line. Ends with 0, with 1 if something failed, and with 2 if the
-// command line makes no sense.
+// cilantro
+// info|convert|run|tile|align|warp|odometry|model|segment|plane|hull|crop|picture|html|view: point
+// clouds on the command line. Ends with 0, with 1 if something failed, and with 2 if the command
+// line makes no sense.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <exception>
@@ -10,12 +11,14 @@
 #include <string>
 
 #include "commands.hpp"
+#include "ranks.hpp"
 
 import cilantro.core;
 
 int main(int argc, char** argv) {
+  const auto ranks = start_ranks(argc, argv);
   CLI::App app{
-      "Reads, converts, processes, aligns, bends, follows, segments and draws point clouds.",
+      "Reads, converts, processes, tiles, aligns, bends, follows, segments and draws point clouds.",
       "cilantro"};
   app.require_subcommand(1);
   app.set_version_flag("--version", [] {
@@ -24,10 +27,13 @@ int main(int argc, char** argv) {
            std::to_string(version.patch);
   });
   app.footer(
-      "Files are .ply, .pcd, .xyz, .txt, .asc, .csv, .pts, and depth images as .png to read.");
+      "Files are .ply, .pcd, .las, .xyz, .txt, .asc, .csv, .pts; to read, also .laz, .e57, .ptx, "
+      ".npy, "
+      ".bin, depth images as .png, and folders of tiles.");
   add_info(app);
   add_convert(app);
-  add_run(app);
+  add_run(app, ranks.get());
+  add_tile(app, ranks.get());
   add_align(app);
   add_warp(app);
   add_odometry(app);

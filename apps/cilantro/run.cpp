@@ -10,6 +10,7 @@
 
 #include "commands.hpp"
 #include "common_options.hpp"
+#include "ranks.hpp"
 
 import cilantro;
 import cilantro.visualization;
@@ -23,11 +24,27 @@ namespace {
 struct run_settings {
   std::string input, output;
   result_drawings drawings;
+  tiling_settings tiling;
   std::vector<std::string> steps;
   depth_settings depth;
-  int threads = 0;
-  bool quiet = false;
+  bool resume = false, quiet = false;
 };
+
+/// Tile by tile, from a folder or a pattern of files into a folder.
+void run_on_tiles(const run_settings& settings, const std::vector<tool_step>& steps,
+                  job_of_ranks* ranks) {
+  const bool quiet = settings.quiet || (ranks != nullptr && ranks->rank() > 0);
+  auto survey = open_for_tool({settings.input}, settings.tiling, ranks, quiet);
+  // Tiles are what threads share; each step has those that are left.
+  for (const auto& step : steps) survey = step.on_tiles(survey, {});
+  progress_line line{"processing", quiet};
+  const auto before = survey.size();
+  const auto result =
+      survey | write_tiles(settings.output, {.resume = settings.resume, .monitor = line.monitor()});
+  if (!quiet)
+    std::cerr << before << " points, then " << result.size() << " in " << result.tiles().size()
+              << " tiles in " << settings.output << '\n';
+}
 
 void run(const run_settings& settings, const std::vector<tool_step>& steps) {
   pipeline_report report;
@@ -38,7 +55,7 @@ void run(const run_settings& settings, const std::vector<tool_step>& steps) {
   note("read");
   for (std::size_t i = 0; i < steps.size(); ++i) {
     progress_line line{settings.steps[i], settings.quiet};
-    cloud = steps[i](std::move(cloud), {settings.threads, line.monitor()});
+    cloud = steps[i].on_cloud(std::move(cloud), {settings.tiling.threads, line.monitor()});
     note(settings.steps[i]);
   }
   if (!settings.output.empty()) {
@@ -55,27 +72,42 @@ void run(const run_settings& settings, const std::vector<tool_step>& steps) {
 
 }  // namespace
 
-void add_run(CLI::App& app) {
+void add_run(CLI::App& app, job_of_ranks* ranks) {
   const auto settings = std::make_shared<run_settings>();
   const auto steps = std::make_shared<std::vector<tool_step>>();
   auto* command = app.add_subcommand("run", "Processes a cloud, step by step");
-  command->add_option("INPUT", settings->input, "A cloud or a depth image")->required();
+  command
+      ->add_option("INPUT", settings->input,
+                   "A cloud or a depth image; or a folder of tiles or clouds, or a pattern such as "
+                   "\"survey/*.las\", tile by tile")
+      ->required();
   command->add_option("STEPS", settings->steps, "What to do, such as voxel=0.005 normals=knn:10");
-  command->add_option("-o,--output", settings->output, "A cloud; its ending says the format");
+  command->add_option("-o,--output", settings->output,
+                      "A cloud, whose ending says the format; for tiles, a folder");
   add_result_options(*command, settings->drawings);
   add_depth_options(*command, settings->depth);
-  command->add_option("--threads", settings->threads, "0 leaves the choice to OpenMP")
-      ->check(CLI::NonNegativeNumber);
+  add_tiling_options(*command, settings->tiling);
+  command->add_flag("--resume", settings->resume, "Goes on with what was interrupted, for tiles");
   command->add_flag("--quiet", settings->quiet, "No progress and no report");
   command->footer(known_steps());
-  command->callback([settings, steps] {
+  command->callback([settings, steps, ranks] {
     check(settings->drawings);
+    const bool on_tiles = means_tiles(settings->input);
+    const auto& tiling = settings->tiling;
+    if (!on_tiles && (settings->resume || tiling.edge != 0 || tiling.megabytes != 0))
+      throw CLI::ValidationError{"--edge, --memory and --resume are for folders and patterns"};
+    if (on_tiles && settings->output.empty())
+      throw CLI::ValidationError{"what is done tile by tile needs a folder as --output"};
+    if (on_tiles && settings->drawings.any())
+      throw CLI::ValidationError{"what is done tile by tile is not drawn; draw the folder"};
+    if (!on_tiles && ranks != nullptr && ranks->size() > 1)
+      throw CLI::ValidationError{"several ranks process folders and patterns, and no single file"};
     // Before anything is read: a wrong word must not cost a minute.
     try {
       for (const auto& text : settings->steps) steps->push_back(parse_step(text));
     } catch (const std::invalid_argument& error) {
       throw CLI::ValidationError{error.what()};
     }
-    run(*settings, *steps);
+    on_tiles ? run_on_tiles(*settings, *steps, ranks) : run(*settings, *steps);
   });
 }

@@ -20,7 +20,10 @@ import tool;
 using namespace cilantro;
 
 /// A step that has its name and arguments; what remains is the cloud and how to work on it.
-export using tool_step = std::function<tool_cloud(tool_cloud&&, const execution&)>;
+export struct tool_step {
+  std::function<tool_cloud(tool_cloud&&, const execution&)> on_cloud;
+  std::function<tool_tiles(const tool_tiles&, const execution&)> on_tiles;
+};
 
 /// What follows the = of a step, in parts.
 class arguments {
@@ -71,10 +74,11 @@ class arguments {
 /// The step of the library that `make(how)` gives, on clouds of either precision.
 template <class Make>
 tool_step step_made_by(Make make) {
-  return [make](tool_cloud&& cloud, const execution& how) {
-    return std::visit([&](auto&& c) -> tool_cloud { return std::move(c) | make(how); },
-                      std::move(cloud));
-  };
+  return {[make](tool_cloud&& cloud, const execution& how) {
+            return std::visit([&](auto&& c) -> tool_cloud { return std::move(c) | make(how); },
+                              std::move(cloud));
+          },
+          [make](const tool_tiles& tiles, const execution& how) { return tiles | make(how); }};
 }
 template <class Step>
 tool_step always(Step step) {

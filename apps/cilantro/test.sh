@@ -237,6 +237,22 @@ expect 0 'points: ' "$cilantro" info model.ply
 expect 1 'no two scans fit' "$cilantro" model far.xyz scan.ply --voxel 0.1
 expect 2 'required' "$cilantro" model scan.ply
 
+# Tiles.
+rm -rf tiles thin halves
+expect 0 'points in ' "$cilantro" tile scan.ply -o tiles --edge 1
+expect 0 'edge: 1.0' "$cilantro" info tiles
+expect 1 'they are complete' "$cilantro" tile scan.ply -o tiles
+expect 0 'points, then ' "$cilantro" run tiles voxel=0.05 outliers=8:2 normals=knn:8 -o thin --memory 200
+"$cilantro" convert tiles all.ply
+"$cilantro" run all.ply voxel=0.05 outliers=8:2 normals=knn:8 -o whole.ply
+[ "$("$cilantro" info thin | grep points)" = "$("$cilantro" info whole.ply | grep points)" ] || fail 'tiles have what the whole has'
+expect 0 'tiles in halves' "$cilantro" run 'tiles/*_*.ply' voxel=0.05 -o halves --edge 0.5
+expect 1 'looks at the whole cloud' "$cilantro" run tiles take=5 -o taken
+expect 2 'needs a folder' "$cilantro" run tiles voxel=1
+expect 2 'for folders and patterns' "$cilantro" run scan.ply voxel=1 --resume
+expect 1 'more memory' "$cilantro" run tiles voxel=1 -o small --memory 1
+expect 1 'there is no file' "$cilantro" tile 'nothing*' -o none
+
 # Hulls.
 "$cilantro" hull plane.xyz -o corners.xyz --json | python3 -c '
 import json, sys
@@ -271,7 +287,7 @@ expect 2 'try --help' "$cilantro" crop plane.xyz -o part.xyz --box 0,0,0,1,1,1 -
 expect 2 'try --help' "$cilantro" hull plane.xyz --tolerance -1
 
 expect 1 'missing.ply: cannot be read' "$cilantro" info missing.ply
-expect 1 'does not end in .ply' "$cilantro" convert scan.ply a.las
+expect 1 'does not end in .ply' "$cilantro" convert scan.ply a.gif
 expect 1 'is not a PLY file' bash -c "echo nonsense > bad.ply; '$cilantro' info bad.ply"
 expect 2 'there is no step "voxels"' "$cilantro" run scan.ply voxels=1
 expect 2 'is written voxel=EDGE' "$cilantro" run scan.ply voxel
@@ -279,5 +295,5 @@ expect 2 '"big" in the step "voxel" is no number' "$cilantro" run scan.ply voxel
 expect 1 'the edges must be positive' "$cilantro" run scan.ply voxel=-1
 expect 2 'required' "$cilantro" convert scan.ply
 expect 2 'try --help' "$cilantro" frobnicate
-[ ! -e a.las ] || fail 'a file appeared that should not'
+[ ! -e a.gif ] || fail 'a file appeared that should not'
 echo 'the program does what it says'

@@ -6,11 +6,13 @@ module;
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -62,6 +64,35 @@ export struct depth_settings {
 /// In float where that holds what the file says to the bit, otherwise in double.
 export using tool_cloud = std::variant<point_cloud<float, 3>, point_cloud<double, 3>>;
 
+/// Clouds that are larger than memory: surveys, which need double.
+export using tool_tiles = tiled_cloud<double, 3>;
+
+/// Whether an argument means many files, or a folder of them.
+export bool means_tiles(const std::string& argument) {
+  std::error_code error;
+  return std::filesystem::is_directory(argument, error) ||
+         (argument.find_first_of("*?") != argument.npos &&
+          !std::filesystem::exists(argument, error));
+}
+
+export struct tiling_settings {
+  double edge = 0;
+  std::uint64_t megabytes = 0;
+  int threads = 0;
+};
+
+/// Opens files or folders; for all ranks of a job, if there is one.
+export template <class Job>
+tool_tiles open_for_tool(const std::vector<std::filesystem::path>& inputs,
+                         const tiling_settings& tiling, Job* ranks, bool quiet) {
+  progress_line line{"opening", quiet};
+  const auto survey = open_tiles<double>(inputs, {.edge = tiling.edge,
+                                                  .memory = tiling.megabytes * 1'000'000,
+                                                  .threads = tiling.threads,
+                                                  .monitor = line.monitor()});
+  return ranks != nullptr ? survey.on(*ranks) : survey;
+}
+
 export struct tool_input {
   tool_cloud cloud;
   std::optional<pinhole_camera<float>> camera;  ///< Of a depth image.
@@ -82,12 +113,13 @@ bool are_floats(const Eigen::Matrix3Xd& m) {
                              [](double x) { return std::isnan(x) || double(float(x)) == x; });
 }
 
-/// A cloud, or a depth image as one.
+/// A cloud, a depth image as one, or all points of a folder or of a pattern of files.
 export tool_input read_input(const std::filesystem::path& path, const depth_settings& depth,
                              bool quiet) {
   if (!is_depth_image(path)) {
     progress_line line{"reading", quiet};
-    auto cloud = read_cloud<double>(path, {.monitor = line.monitor()});
+    auto cloud = means_tiles(path.string()) ? open_tiles<double>(path).read()
+                                            : read_cloud<double>(path, {.monitor = line.monitor()});
     if (are_floats(cloud.points) && are_floats(cloud.normals))
       return {cast<float>(cloud), std::nullopt};
     return {std::move(cloud), std::nullopt};

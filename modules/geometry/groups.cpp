@@ -2,6 +2,7 @@
 module;
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 
 #include "core/closed_spaces.hpp"
 #include "geometry/kernels/group_means.hpp"
@@ -15,8 +16,12 @@ void expect_members(const point_groups& groups, index_t size) {
           "groups: a member is not one of the points");
 }
 
-/// Groups handed to a thread at a time.
-constexpr index_t group_block_size = 512;
+/// Groups handed to a thread at a time: few if they are large.
+index_t block_size_of(const point_groups& groups) {
+  constexpr index_t most = 512, members = 1 << 14;
+  return std::clamp<index_t>(
+      members * groups.size() / std::max<index_t>(1, std::ssize(groups.members)), 1, most);
+}
 
 template <Scalar S, int D>
 detail::group_means<S>& means_kernel() {
@@ -42,17 +47,18 @@ point_matrix<S, D> closed_group_means(points_view<S, D> values, const point_grou
     }
     means.col(g) = (sum / double(count)).template cast<S>();
   };
-  parallel_blocks(groups.size(), group_block_size, how, [&](index_t, index_t begin, index_t end) {
-    for (index_t g = begin; g < end; ++g) {
-      if constexpr (D == 2 || D == 3) {
-        g += means_kernel<S, D>()({values.data(), values.stride(), values.size(),
-                                   groups.members.data(), groups.offsets.data()},
-                                  g, end - g, means.data() + g * D);
-        if (g == end) return;
-      }
-      mean_of_finite(g);
-    }
-  });
+  parallel_blocks(groups.size(), block_size_of(groups), how,
+                  [&](index_t, index_t begin, index_t end) {
+                    for (index_t g = begin; g < end; ++g) {
+                      if constexpr (D == 2 || D == 3) {
+                        g += means_kernel<S, D>()({values.data(), values.stride(), values.size(),
+                                                   groups.members.data(), groups.offsets.data()},
+                                                  g, end - g, means.data() + g * D);
+                        if (g == end) return;
+                      }
+                      mean_of_finite(g);
+                    }
+                  });
   return means;
 }
 
@@ -78,9 +84,11 @@ point_matrix<S, D> closed_group_directions(points_view<S, D> directions, const p
     if (length > 1e-6) return sum / length;
     return point_vector<double, D>::Zero(sum.size());
   };
-  parallel_blocks(groups.size(), group_block_size, how, [&](index_t, index_t begin, index_t end) {
-    for (index_t g = begin; g < end; ++g) means.col(g) = mean_of(g).template cast<S>();
-  });
+  parallel_blocks(groups.size(), block_size_of(groups), how,
+                  [&](index_t, index_t begin, index_t end) {
+                    for (index_t g = begin; g < end; ++g)
+                      means.col(g) = mean_of(g).template cast<S>();
+                  });
   return means;
 }
 

@@ -139,10 +139,10 @@ class key_sorter {
     groups.members.resize(members);
   }
 
+  /// Runs of a block of points end with it, and begin where its points do.
   template <class WriteKeys>
   void find_runs(index_t points, WriteKeys write_keys) {
-    const auto blocks = (points + default_block_size - 1) / default_block_size;
-    std::vector<std::size_t> count(blocks);
+    count_.resize(static_cast<std::size_t>((points + default_block_size - 1) / default_block_size));
     runs_.resize(points);
     parallel_blocks(points, default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
       std::array<Key, default_block_size> keys;
@@ -155,38 +155,52 @@ class key_sorter {
         last += key != keys[std::max<index_t>(i, 1) - 1];
         out[last] = {key, static_cast<std::int32_t>(begin + i + 1), 0};  // Where it ends so far.
       }
-      count[b] = last + 1;
-    });
-    std::size_t total = 0;
-    for (const std::size_t some : count) total += some;
-    key_run<Key>* out = runs_.data();
-    std::int32_t begin = 0;
-    for (std::size_t b = 0; b < count.size(); ++b) {
-      const key_run<Key>* from = runs_.data() + b * std::size_t{default_block_size};
-      for (std::size_t k = 0; k < count[b]; ++k) {
-        const auto [key, end, unused] = from[k];
-        *out++ = {key, begin, end - begin};
-        begin = end;
+      count_[b] = last + 1;
+      auto first = static_cast<std::int32_t>(begin);
+      for (std::size_t k = 0; k <= last; ++k) {
+        const std::int32_t past = out[k].begin;
+        out[k].begin = first;
+        out[k].size = past - first;
+        first = past;
       }
-    }
-    runs_.resize(total);
+    });
   }
 
   /// A part is of about a thousand runs where keys are spread evenly.
   void cut(int bits) {
     constexpr int most_part_bits = 10, run_bits = 10;
+    const auto total = std::accumulate(count_.begin(), count_.end(), std::size_t{0});
     const int part_bits =
-        std::clamp(bit_width(runs_.size()) - run_bits, 0, std::min(bits, most_part_bits));
+        std::clamp(bit_width(total) - run_bits, 0, std::min(bits, most_part_bits));
     const int rest = bits - part_bits;
-    parts_.assign((std::size_t{1} << part_bits) + 1, 0);
-    buffer<key_run<Key>> other(runs_.size());
+    const std::size_t parts = std::size_t{1} << part_bits;
     const auto part_of = [&](const key_run<Key>& run) {
       return part_bits == 0 ? 0 : static_cast<std::size_t>(run.key >> rest);
     };
-    for (const auto& run : runs_) ++parts_[part_of(run) + 1];
-    for (std::size_t p = 1; p < parts_.size(); ++p) parts_[p] += parts_[p - 1];
-    std::vector<std::size_t> place{parts_.begin(), parts_.end() - 1};
-    for (const auto& run : runs_) other[place[part_of(run)]++] = run;
+    // Each chunk of blocks counts its runs for each part, and then knows where they go.
+    const index_t blocks = std::ssize(count_),
+                  chunk = std::max<index_t>(least_chunk, (blocks + most_chunks - 1) / most_chunks);
+    const auto chunks = static_cast<std::size_t>((blocks + chunk - 1) / chunk);
+    std::vector<std::size_t> places(chunks * parts);
+    const auto each_run = [&](auto f) {
+      parallel_blocks(blocks, chunk, how_, [&](index_t c, index_t begin, index_t end) {
+        std::size_t* const place = places.data() + static_cast<std::size_t>(c) * parts;
+        for (index_t b = begin; b < end; ++b) {
+          const key_run<Key>* const runs = runs_.data() + b * default_block_size;
+          for (std::size_t k = 0; k < count_[b]; ++k) f(place[part_of(runs[k])], runs[k]);
+        }
+      });
+    };
+    each_run([](std::size_t& place, const key_run<Key>&) { ++place; });
+    parts_.assign(parts + 1, 0);
+    for (std::size_t part = 0, next = 0; part < parts; ++part) {
+      for (std::size_t c = 0; c < chunks; ++c)
+        next += std::exchange(places[c * parts + part], next);
+      parts_[part + 1] = next;
+    }
+    buffer<key_run<Key>> other(total);
+    each_run([&](std::size_t& place, const key_run<Key>& run) { other[place++] = run; });
+    runs_.resize(total);
     for_each_part([&](std::size_t part) {
       const auto size = parts_[part + 1] - parts_[part];
       const auto runs = std::span{runs_}.subspan(parts_[part], size);
@@ -202,8 +216,11 @@ class key_sorter {
       for (index_t part = begin; part < end; ++part) f(part);
     });
   }
+  static constexpr index_t least_chunk = 32, most_chunks = 64;
+
   const execution& how_;
   buffer<key_run<Key>> runs_;
+  std::vector<std::size_t> count_;  ///< How many runs each block of points has, at first.
   std::vector<std::size_t> parts_;  ///< Where each part begins, and where the last ends.
 };
 

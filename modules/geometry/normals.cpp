@@ -180,10 +180,10 @@ class plane_writer {
           "estimate_normals: the viewpoint must have the dimension of the points");
       expects(is_finite(*viewpoint_), "estimate_normals: the viewpoint must be finite");
     }
-    for (index_t i = 0; i < points.size(); ++i) {
+    parallel_for(points.size(), {.threads = options.threads}, [&](index_t i) {
       out_.normals[i].setZero();
       if (out_.curvature) out_.curvature[i] = 0;
-    }
+    });
   }
 
   void write(index_t i, const plane<S, D>& found) {

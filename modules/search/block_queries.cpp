@@ -2,6 +2,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -32,23 +33,27 @@ const detail::block_search<S>& kernels() {
 
 /// Whether the queries that can be answered are the points of the tree, in their order.
 template <Scalar S, int D>
-bool are_its_points(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries) {
+bool are_its_points(const kd_tree_nodes<S, D>& nodes, points_view<S, D> queries, int threads) {
   if (queries.size() != nodes.size) return false;
-  index_t answerable = 0;
-  for (index_t q = 0; q < queries.size(); ++q)
-    answerable += is_searchable(queries.data() + q * queries.stride(), D, nodes.largest);
+  const execution how{.threads = threads};
+  const auto answerable =
+      ordered_sum(queries.size(), how, index_t{0}, [&](index_t& count, index_t q) {
+        count += is_searchable(queries.data() + q * queries.stride(), D, nodes.largest);
+      });
   if (answerable != nodes.searchable) return false;
-  for (index_t b = 0; b < nodes.blocks(); ++b) {
-    bool same = true;
+  std::atomic<bool> same = true;
+  parallel_for(nodes.blocks(), how, [&](index_t b) {
+    if (!same.load(std::memory_order_relaxed)) return;
+    bool of_block = true;
     const S* at = nodes.block(b);
     const index_t count = std::min(width, nodes.searchable - b * width);
     for (index_t i = 0; i < count; ++i) {
       const S* query = queries.data() + nodes.indices[b * width + i] * queries.stride();
-      for (index_t d = 0; d < D; ++d) same = same & (query[d] == at[d * width + i]);
+      for (index_t d = 0; d < D; ++d) of_block = of_block & (query[d] == at[d * width + i]);
     }
-    if (!same) return false;
-  }
-  return true;
+    if (!of_block) same = false;
+  });
+  return same;
 }
 
 /// A search for many queries, which are sorted into blocks like points; those of the tree itself
@@ -63,7 +68,7 @@ class block_queries {
         k_{std::min(spec.max_count(), nodes.searchable)},
         is_counted_{spec.is_count_limited()},
         limit_{largest_sum_within(euclidean{}, static_cast<S>(spec.max_distance()))} {
-    if (are_its_points(nodes, queries)) return;
+    if (are_its_points(nodes, queries, threads)) return;
     sorted_.emplace(queries, kd_tree_options{.threads = threads});
     queries_ = detail::blocks_of<S>(*sorted_);
   }

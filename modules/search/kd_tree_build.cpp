@@ -14,6 +14,7 @@ module;
 #include <vector>
 
 #include "core/closed_spaces.hpp"
+#include "core/parallel_backend.hpp"
 module cilantro.search;
 
 namespace cilantro {
@@ -113,7 +114,14 @@ class tree_builder {
       if (how_.monitor.progress) how_.monitor.progress(done);
     };
     for (int level = 0; level < shared; ++level) {
-      in_parallel(index_t{1} << level, [&](index_t k) { split(level, k); });
+      // While there are fewer nodes than threads, all work on each of them.
+      const index_t nodes = index_t{1} << level;
+      together_ = 2 * nodes <= threads() && std::ssize(records_) / nodes >= least_together;
+      if (together_)
+        for (index_t k = 0; k < nodes; ++k) split(level, k);
+      else
+        in_parallel(nodes, [&](index_t k) { split(level, k); });
+      together_ = false;
       report(double(level + 1) / double(tree_.levels + 2));
     }
     in_parallel(index_t{1} << shared, [&](index_t k) { split_all(shared, k); });
@@ -141,6 +149,9 @@ class tree_builder {
   [[nodiscard]] index_t dimension() const { return D == dynamic ? tree_.dimension : D; }
   [[nodiscard]] record* first_of(index_t block) {
     return records_.data() + std::min(block * points_per_block, std::ssize(records_));
+  }
+  [[nodiscard]] index_t threads() const {
+    return how_.threads > 0 ? how_.threads : detail::threads_of_part(1);
   }
   template <class F>
   void in_parallel(index_t n, F f) {
@@ -170,6 +181,28 @@ class tree_builder {
       for (index_t i = begin; i < end; ++i)
         if (is_wanted(i)) *next++ = record::of(points_.data() + i * points_.stride(), i);
     });
+  }
+
+  /// Calls `f(part, begin, end)` for the parts of some records that several threads take.
+  template <class F>
+  void in_parts(const record* begin, const record* end, F f) {
+    parallel_blocks(end - begin, part_together, {how_.threads, {{}, how_.monitor.stop}}, f);
+  }
+  [[nodiscard]] static index_t parts_of(const record* begin, const record* end) {
+    return (end - begin + part_together - 1) / part_together;
+  }
+
+  [[nodiscard]] extent extent_together(const record* begin, const record* end) {
+    std::vector<extent> parts(static_cast<std::size_t>(parts_of(begin, end)));
+    in_parts(begin, end, [&](index_t part, index_t from, index_t to) {
+      parts[static_cast<std::size_t>(part)] = extent_of(begin + from, begin + to);
+    });
+    extent box = parts[0];
+    for (const extent& part : parts) {
+      box.low = box.low.cwiseMin(part.low);
+      box.high = box.high.cwiseMax(part.high);
+    }
+    return box;
   }
 
   [[nodiscard]] extent extent_of(const record* begin, const record* end) const {
@@ -207,7 +240,8 @@ class tree_builder {
   /// Measures a node, tells its parent, and sorts its points into two halves.
   void split(int level, index_t k) {
     const index_t begin = tree_.begin(level, k), end = tree_.begin(level, k + 1);
-    const extent box = extent_of(first_of(begin), first_of(end));
+    const extent box = together_ ? extent_together(first_of(begin), first_of(end))
+                                 : extent_of(first_of(begin), first_of(end));
     if (level == 0) {
       tree_.low = box.low;
       tree_.high = box.high;
@@ -278,6 +312,9 @@ class tree_builder {
   /// is written to both, and only one of them goes on.
   template <class F>
   record* partition(record* begin, record* end, index_t axis, F is_first) {
+    if constexpr (std::is_invocable_v<const F&, S>)
+      if (together_ && end - begin >= least_together)
+        return partition_together(begin, end, axis, is_first);
     record* first = begin;
     record* const kept = spare_.data() + (begin - records_.data());
     record* second = kept;
@@ -291,6 +328,35 @@ class tree_builder {
     }
     std::copy(kept, second, first);
     return first;
+  }
+
+  /// The same by several threads: parts are counted, sorted to where they belong, and copied back.
+  template <class F>
+  record* partition_together(record* begin, record* end, index_t axis, const F& is_first) {
+    const index_t count = parts_of(begin, end);
+    std::vector<index_t> firsts(static_cast<std::size_t>(count) + 1);
+    in_parts(begin, end, [&](index_t part, index_t from, index_t to) {
+      index_t found = 0;
+      for (index_t i = from; i < to; ++i) found += is_first(begin[i].value(axis));
+      firsts[static_cast<std::size_t>(part) + 1] = found;
+    });
+    std::partial_sum(firsts.begin(), firsts.end(), firsts.begin());
+    record* const sorted = spare_.data() + (begin - records_.data());
+    in_parts(begin, end, [&](index_t part, index_t from, index_t to) {
+      const index_t before = firsts[static_cast<std::size_t>(part)];
+      record* first = sorted + before;
+      record* second = sorted + firsts.back() + (from - before);
+      for (index_t i = from; i < to; ++i) {
+        const bool goes_first = is_first(begin[i].value(axis));
+        *(goes_first ? first : second) = begin[i];
+        first += goes_first;
+        second += !goes_first;
+      }
+    });
+    in_parts(begin, end, [&](index_t, index_t from, index_t to) {
+      std::copy(sorted + from, sorted + to, begin + from);
+    });
+    return begin + firsts.back();
   }
 
   void fill(index_t b) {
@@ -347,9 +413,13 @@ class tree_builder {
     return smallest;
   }
 
+  // Smaller nodes are left to one thread each.
+  static constexpr index_t least_together = 1 << 16, part_together = 1 << 13;
+
   nodes_type& tree_;
   points_view<S, D> points_;
   execution how_;
+  bool together_ = false;  // Whether all threads work on one node.
   buffer<record> records_, spare_;
 };
 

@@ -275,6 +275,31 @@ TEST_CASE_TEMPLATE("a tree is the same for any number of threads that build it",
   }
 }
 
+TEST_CASE_TEMPLATE("a large tree is the same for any number of threads, also of points in a row", T,
+                   ALL_SPACES) {
+  // Large enough that threads share the first nodes.
+  for (const bool in_a_row : {false, true}) {
+    auto points = in_a_row ? doubled_line<T>(100'000) : lattice<T>(100'000, 9);
+    points.col(77'777).setConstant(test::nan<typename T::scalar>);
+    const auto order_of = [&](int threads) {
+      const kd_tree tree{points, {.threads = threads}};
+      // Queries are visited as they lie in the tree.
+      std::vector<std::int32_t> order;
+      visit_neighborhoods(tree, points, knn{1},
+                          [&](const neighborhood_block<typename T::scalar>& block) {
+                            for (index_t i = 0; i < block.size(); ++i) {
+                              order.push_back(std::int32_t(block.query(i)));
+                              for (const auto near : block[i].indices()) order.push_back(near);
+                            }
+                          },
+                          {.threads = 1});
+      return order;
+    };
+    const auto expected = order_of(1);
+    for (const int threads : {2, 16}) CHECK((order_of(threads) == expected));
+  }
+}
+
 TEST_CASE("a tree says how much memory it holds") {
   const kd_tree tree{test::random_points<test::f3>(100000)};
   CHECK(tree.memory() > 100000 * 16);

@@ -4,7 +4,9 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <vector>
@@ -192,6 +194,32 @@ void track_moved(const kd_tree<S, D>& tree, points_view<S, D> points,
   }
 }
 
+/// The pairs of what was found within the limit, in the order of the queries. `out` may hold what
+/// it held before, which is overwritten: clearing it would clear its memory again by one thread.
+template <Scalar S>
+void keep_within(S limit, const tracked_queries<S>& found, int threads, correspondences<S>& out) {
+  constexpr index_t block = 1 << 13;
+  const auto n = std::ssize(found.nearest);
+  const auto is_pair = [&](index_t q) {
+    return (found.nearest[q] >= 0) & (found.distances[q] <= limit);
+  };
+  std::vector<index_t> first(static_cast<std::size_t>((n + block - 1) / block) + 1);
+  parallel_blocks(n, block, {.threads = threads}, [&](index_t b, index_t begin, index_t end) {
+    index_t count = 0;
+    for (index_t q = begin; q < end; ++q) count += is_pair(q);
+    first[b + 1] = count;
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  out.reserve(found.nearest.size());
+  out.resize(first.back());
+  parallel_blocks(n, block, {.threads = threads}, [&](index_t b, index_t begin, index_t end) {
+    index_t next = first[b];
+    for (index_t q = begin; q < end; ++q)
+      if (is_pair(q))
+        out[next++] = {static_cast<std::int32_t>(q), found.nearest[q], found.distances[q]};
+  });
+}
+
 }  // namespace
 
 template <Scalar S, int D>
@@ -274,7 +302,9 @@ template <Scalar S, int D>
 void nearest_neighbor_engine<S, D>::find(const source_motion& motion,
                                          nearest_neighbor_memory<S>& memory,
                                          correspondences<S>& out) const {
-  out.clear();
+  if (target_.empty() || source_.empty() ||
+      options_.direction == search_direction::target_to_source || options_.reciprocal)
+    out.clear();
   if (target_.empty() || source_.empty()) return;
   const S limit = static_cast<S>(options_.max_distance);
   const auto pair_of = [&](std::int32_t t, std::int32_t s) {
@@ -299,12 +329,7 @@ void nearest_neighbor_engine<S, D>::find(const source_motion& motion,
   }
   if (options_.direction != search_direction::target_to_source) {
     find_forward(motion, memory.sources);
-    out.reserve(source_.size());
-    for (std::int32_t s = 0; s < source_.size(); ++s)
-      if (const auto t = partner_of(memory.sources, s); t >= 0) {
-        const S distance = memory.sources.distances[s];
-        if (distance <= limit) out.push_back({s, t, distance});
-      }
+    keep_within(limit, memory.sources, options_.threads, out);
   }
   if (options_.direction != search_direction::source_to_target) {
     find_backward(motion, memory.targets, {});

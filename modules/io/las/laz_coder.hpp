@@ -26,12 +26,13 @@ class symbol_model {
   [[nodiscard]] bool empty() const { return counts_.empty(); }
   /// All `symbols`, at least two of them, alike.
   void begin(unsigned symbols) {
+    last_ = symbols - 1;
     counts_.assign(symbols, 1);
     shares_.assign(symbols + 1, 0);
     shares_[symbols] = 1u << share_bits;
-    // Where to begin to look for a symbol; few are found at once.
+    // Where to begin to look for a symbol, by about as many places as there are symbols.
     unsigned bits = 3;
-    while (symbols > (1u << (bits + 2))) ++bits;
+    while (symbols > (1u << bits)) ++bits;
     shift_ = share_bits - bits;
     starts_.assign((std::size_t{1} << bits) + 1, 0);
     total_ = 0;
@@ -42,16 +43,13 @@ class symbol_model {
 
   /// The symbol whose share holds a place, of which there are 2^15.
   [[nodiscard]] unsigned find(unsigned place) const {
-    unsigned low = starts_[place >> shift_], high = starts_[(place >> shift_) + 1] + 1u;
-    while (high > low + 1) {
-      const unsigned middle = (low + high) / 2;
-      (shares_[middle] > place ? high : low) = middle;
-    }
+    unsigned low = starts_[place >> shift_];
+    while (shares_[low + 1] <= place) ++low;
     return low;
   }
   /// Where the share of a symbol begins.
   [[nodiscard]] unsigned share(unsigned symbol) const { return shares_[symbol]; }
-  [[nodiscard]] bool is_last(unsigned symbol) const { return symbol + 1 == counts_.size(); }
+  [[nodiscard]] bool is_last(unsigned symbol) const { return symbol == last_; }
 
   void count(unsigned symbol) {
     ++counts_[symbol];
@@ -85,7 +83,7 @@ class symbol_model {
   }
 
   std::vector<std::uint16_t> counts_, shares_, starts_;
-  unsigned shift_ = 0, total_ = 0, cycle_ = 0, left_ = 0;
+  unsigned last_ = 0, shift_ = 0, total_ = 0, cycle_ = 0, left_ = 0;
 };
 
 /// The same for a bit.
@@ -163,7 +161,8 @@ class decoder {
 
  private:
   unsigned byte() {
-    if (next_ != end_) return static_cast<unsigned char>(*next_++);
+    if (next_ != end_) [[likely]]
+      return static_cast<unsigned char>(*next_++);
     if (++beyond_ > 16) throw detail::failure{"the compressed points are not all there", false, 0};
     return 0;
   }

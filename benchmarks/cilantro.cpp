@@ -196,6 +196,26 @@ void ply_write(benchmark::State& state) {
 }
 CILANTRO_BENCHMARK(ply_write);
 
+void las_read(benchmark::State& state) {
+  double sum = 0;
+  for (auto _ : state) {
+    const auto cloud = read_las<float>(data_path("large.las"));
+    benchmark::DoNotOptimize(cloud.points.data());
+    state.PauseTiming();
+    sum = cloud.points.cast<double>().sum();
+    state.ResumeTiming();
+  }
+  report_result(state, sum);
+}
+CILANTRO_BENCHMARK(las_read);
+
+void las_write(benchmark::State& state) {
+  const auto cloud = read_las<float>(data_path("large.las"));
+  for (auto _ : state) write_las(cloud, data_path("written_by_cilantro.las"));
+  report_result(state, double(cloud.size()));
+}
+CILANTRO_BENCHMARK(las_write);
+
 void outliers(benchmark::State& state) {
   double count = 0;
   for (auto _ : state) {

@@ -410,6 +410,7 @@ void write_tasks(const std::filesystem::path& folder) {
   }
   const auto large = read_ply<float>(folder / "large.ply");
   write_pcd(large, folder / "large.pcd");
+  write_las(large, folder / "large.las");
   write_pcd(large, folder / "large_compressed.pcd", {.format = pcd_format::binary_compressed});
   write_floats(folder / "large.f32", large.points);
   write_floats(folder / "large_normals.f32", estimate_normals(large.points, knn{30}).normals);

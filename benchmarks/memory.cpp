@@ -71,7 +71,7 @@ double measure(const std::function<double()>& prepare, const std::function<doubl
 int main() {
   const auto folder = std::filesystem::temp_directory_path() / "cilantro_memory_of_steps";
   std::filesystem::create_directories(folder);
-  for (const char* name : {"a.ply", "a.pcd", "a.xyz"}) write_cloud(surface(), folder / name);
+  for (const char* name : {"a.ply", "a.pcd", "a.las", "a.xyz"}) write_cloud(surface(), folder / name);
   write_pcd(surface(), folder / "b.pcd", {.format = pcd_format::binary_compressed});
 
   point_cloud<float, 3> cloud;
@@ -150,10 +150,16 @@ int main() {
       {"read_ply", file("a.ply"), reading("a.ply")},
       {"read_pcd", file("a.pcd"), reading("a.pcd")},
       {"read_pcd, compressed", file("b.pcd"), reading("b.pcd")},
+      {"read_las", file("a.las"), reading("a.las")},
       {"read_text", file("a.xyz"), reading("a.xyz")},
       {"write_ply", make,
        [&] {
          write_ply(cloud, folder / "c.ply");
+         return point_bytes;
+       }},
+      {"write_las", make,
+       [&] {
+         write_las(cloud, folder / "c.las");
          return point_bytes;
        }},
       {"write_pcd, compressed", make,

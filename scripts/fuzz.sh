@@ -6,7 +6,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 seconds=${1:-60}
 targets=${*:2}
-for target in ${targets:-ply pcd text matrix polytope triangulation warp}; do
+for target in ${targets:-ply pcd las e57 ptx text matrix polytope triangulation warp}; do
   scripts/build.sh asan-ubsan fuzz_"$target"
   found=build/fuzz/$target
   mkdir -p "$found"

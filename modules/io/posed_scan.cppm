@@ -11,7 +11,7 @@ namespace cilantro {
 /// A scan as its scanner saw it, and where that stood.
 export template <Scalar S>
 struct posed_scan {
-  std::string name = {};
+  std::string name = {};         ///< As the file calls it; may be empty.
   point_cloud<S, 3> cloud = {};  ///< Relative to the scanner.
   /// From the scanner's coordinates to those of the world. The scanner stands at its translation.
   Eigen::Affine3d pose = Eigen::Affine3d::Identity();

@@ -133,7 +133,11 @@ tile_index<D> parse_index(detail::byte_stream& in, const std::filesystem::path& 
   if (auto words = words_after("dimension");
       !detail::parse_number(words.next(), dimension) || dimension != D)
     in.fail_at_line("the points do not have the dimension that is asked for");
-  index.scalar = words_after("scalar").next();
+  {
+    auto words = words_after("scalar");
+    index.scalar = words.next();
+    index.is_local = words.next() == "local";
+  }
   if (auto words = words_after("edge");
       !detail::parse_number(words.next(), index.edge) || !(index.edge > 0) || index.edge > 1e300)
     in.fail_at_line("the edge must be a positive number");
@@ -176,7 +180,7 @@ void write_index(const std::filesystem::path& folder, const tile_index<D>& index
     std::string text{first_words};
     text += "\ndimension";
     put(text, D);
-    text += "\nscalar " + index.scalar + "\nedge";
+    text += "\nscalar " + index.scalar + (index.is_local ? " local" : "") + "\nedge";
     put(text, index.edge);
     text += "\norigin";
     for (const double coordinate : index.origin) put(text, coordinate);

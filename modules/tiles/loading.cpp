@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -15,64 +17,109 @@ import :survey;
 namespace cilantro {
 namespace {
 
-/// The points `first` to `end` − 1 of a file that are in the region, in pieces.
+/// Points of one file after the other.
 template <Scalar S, int D>
-void load_range(cloud_reader<S, D>& reader, const survey_file<D>& file, std::uint64_t first,
-                std::uint64_t end, const tile_survey<D>& survey, const tile_region<D>& region,
-                std::vector<point_cloud<S, D>>& parts) {
-  constexpr std::uint64_t at_a_time = 16 * points_of_a_run;
-  reader.seek(first);
-  while (first < end) {
-    auto piece = reader.read(static_cast<index_t>(std::min(at_a_time, end - first)));
-    if (piece.empty()) throw io_error{file.path, "has fewer points than it had"};
-    first += static_cast<std::uint64_t>(piece.size());
-    index_list wanted;
-    for (index_t i = 0; i < piece.size(); ++i) {
-      const auto place = world_of<S, D>(piece.points.col(i), survey.origin);
-      if (is_finite(place) && region.contains(place)) wanted.push_back(std::int32_t(i));
-    }
-    if (wanted.empty()) continue;
-    conform(piece, survey.parts, file.path);
-    parts.push_back(std::ssize(wanted) == piece.size() ? std::move(piece) : select(piece, wanted));
-  }
-}
+class region_loader {
+ public:
+  region_loader(const tile_survey<D>& survey, const tile_region<D>& region,
+                const tile_region<D>* without, const std::stop_token& stop)
+      : survey_{survey}, region_{region}, without_{without}, stop_{stop} {}
 
-}  // namespace
-
-template <Scalar S, int D>
-point_cloud<S, D> load_region(const tile_survey<D>& survey, const tile_region<D>& region,
-                              const std::stop_token& stop) {
-  std::vector<point_cloud<S, D>> parts;
-  for (const auto& file : survey.files) {
+  void load(const survey_file<D>& file) {
     std::optional<cloud_reader<S, D>> reader;
     std::uint64_t first = 0, begin = 0;
     bool is_wanted = false;
     const auto take_up_to = [&](std::uint64_t end) {
       if (!reader) {
         expect_unchanged(file);
-        reader.emplace(file.path, read_options{.monitor = {.stop = stop}});
-        reader->set_origin(survey.origin);
+        reader.emplace(file.path, read_options{.monitor = {.stop = stop_}});
+        reader->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
       }
-      load_range(*reader, file, begin, end, survey, region, parts);
+      load_range(*reader, file, begin, end);
     };
     for (const auto& run : file.runs) {
-      const bool meets = region.may_meet(run.box);
+      const bool meets = region_.may_meet(run.box);
       if (meets && !is_wanted) begin = first;
       if (!meets && is_wanted) take_up_to(first);
       is_wanted = meets;
       first += run.count;
     }
     if (is_wanted) take_up_to(first);
+    points_before_ += file.points;
   }
-  for (std::size_t i = 1; i < parts.size(); ++i) parts[i].comments.clear();
-  auto all = append_all(parts);
-  all.origin = survey.origin;
-  return all;
+
+  loaded_points<S, D> result() && {
+    for (std::size_t i = 1; i < parts_.size(); ++i) parts_[i].comments.clear();
+    loaded_points<S, D> all{append_all(parts_), std::move(order_)};
+    all.cloud.origin = survey_.origin;
+    return all;
+  }
+
+ private:
+  void load_range(cloud_reader<S, D>& reader, const survey_file<D>& file, std::uint64_t first,
+                  std::uint64_t end) {
+    constexpr std::uint64_t at_a_time = 16 * points_of_a_run;
+    reader.seek(first);
+    while (first < end) {
+      auto piece = reader.read(static_cast<index_t>(std::min(at_a_time, end - first)));
+      if (piece.empty()) throw io_error{file.path, "has fewer points than it had"};
+      piece.origin = survey_.origin;
+      index_list wanted;
+      for (index_t i = 0; i < piece.size(); ++i) {
+        const auto place = world_of<S, D>(piece.points.col(i), survey_.origin);
+        if (!is_finite(place) || !region_.contains(place)) continue;
+        if (without_ != nullptr && without_->contains(place)) continue;
+        wanted.push_back(static_cast<std::int32_t>(i));
+        order_.push_back(points_before_ + first + static_cast<std::uint64_t>(i));
+      }
+      first += static_cast<std::uint64_t>(piece.size());
+      if (wanted.empty()) continue;
+      conform(piece, survey_.parts, file.path);
+      parts_.push_back(std::ssize(wanted) == piece.size() ? std::move(piece)
+                                                          : select(piece, wanted));
+    }
+  }
+
+  const tile_survey<D>& survey_;
+  const tile_region<D>& region_;
+  const tile_region<D>* without_;
+  const std::stop_token& stop_;
+  std::uint64_t points_before_ = 0;
+  std::vector<point_cloud<S, D>> parts_;
+  std::vector<std::uint64_t> order_;
+};
+
+}  // namespace
+
+template <Scalar S, int D>
+loaded_points<S, D> load_region(const tile_survey<D>& survey, const tile_region<D>& region,
+                                const std::stop_token& stop, const tile_region<D>* without) {
+  region_loader<S, D> loader{survey, region, without, stop};
+  for (const auto& file : survey.files) loader.load(file);
+  return std::move(loader).result();
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                     \
-  template point_cloud<S, D> load_region(const tile_survey<D>&, const tile_region<D>&, \
-                                         const std::stop_token&);
+template <Scalar S, int D>
+loaded_points<S, D> merged(loaded_points<S, D> a, const loaded_points<S, D>& b) {
+  if (b.order.empty()) return a;
+  index_list places;
+  std::vector<std::uint64_t> order;
+  places.reserve(a.order.size() + b.order.size());
+  order.reserve(places.capacity());
+  for (std::size_t i = 0, j = 0; i < a.order.size() || j < b.order.size();) {
+    const bool is_first = j == b.order.size() || (i < a.order.size() && a.order[i] < b.order[j]);
+    places.push_back(static_cast<std::int32_t>(is_first ? i : a.order.size() + j));
+    order.push_back(is_first ? a.order[i++] : b.order[j++]);
+  }
+  auto both = append(a.cloud, b.cloud);
+  both.comments = a.cloud.comments;
+  return {select(both, places), std::move(order)};
+}
+
+#define CILANTRO_INSTANTIATE(S, D)                                                         \
+  template loaded_points<S, D> load_region(const tile_survey<D>&, const tile_region<D>&,   \
+                                           const std::stop_token&, const tile_region<D>*); \
+  template loaded_points<S, D> merged(loaded_points<S, D>, const loaded_points<S, D>&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)

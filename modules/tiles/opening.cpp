@@ -67,7 +67,7 @@ class square_histogram {
   void add(const square_counts& more) {
     for (const auto& [key, count] : more) counts_[key] += count;
   }
-  /// `edge` is a multiple by a power of two.
+  /// `edge` is a whole multiple.
   void coarsen(double edge) {
     const double times = edge / edge_;
     square_counts coarse;
@@ -195,19 +195,21 @@ void look_at_first_points(tile_survey<D>& survey, std::optional<point_vector<dou
   }
 }
 
-/// The largest edge with which no tile has more points than are handled well, by doubling.
+/// The largest edge with which no tile has more points than are handled well: those that were
+/// counted times 2, 3, 4, 6, 8, 12 and so on.
 double choose_edge(const square_histogram& finest, double most_points) {
-  auto squares = finest;
-  for (;;) {
-    auto next = squares;
-    next.coarsen(2 * squares.edge());
-    std::uint64_t most = 0;
-    for (const auto& [key, count] : next.counts()) most = std::max(most, count);
-    if (double(most) > most_points || next.counts().size() == squares.counts().size() ||
-        next.counts().size() <= 1)
-      return squares.edge();
-    squares = std::move(next);
-  }
+  double edge = finest.edge();
+  for (double times = 2; times < 0x1p60; times *= 2)
+    for (const double more : {times, 1.5 * times}) {
+      auto next = finest;
+      next.coarsen(more * finest.edge());
+      std::uint64_t most = 0;
+      for (const auto& [key, count] : next.counts()) most = std::max(most, count);
+      if (double(most) > most_points) return edge;
+      edge = next.edge();
+      if (next.counts().size() <= 1) return edge;
+    }
+  return edge;
 }
 
 template <Scalar S, int D>
@@ -265,6 +267,7 @@ tiled_cloud<S, D> open_tiles(std::span<const fs::path> files, const tile_options
   if (index)
     for (const auto& file : index->files) all.push_back(file.path);
   if (is_same) origin = index->origin;
+  survey->is_local = is_same && index->is_local;
   look_at_first_points<S, D>(*survey, origin, all, options.monitor);
   if (origin) survey->origin = *origin;
   if (is_same && (options.edge == 0 || options.edge == index->edge)) {

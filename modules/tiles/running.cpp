@@ -5,7 +5,9 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
@@ -37,6 +39,36 @@ struct wanted_ball {
   typename tile_region<D>::ball ball;
 };
 
+/// The points among the `wanted` ones of which it is not certain that `needed` points are at most
+/// `distance` away: cells are so small that all points of one and of those around it are.
+template <Scalar S, int D, class F>
+index_list alone(const point_matrix<S, D>& points, double distance, index_t needed, F wanted) {
+  const voxel_grid grid{points, voxel_size{0.999 * distance / (2 * std::sqrt(double(D)))}};
+  using cell_type = std::array<std::int64_t, D>;
+  std::vector<cell_type> cells;  // In the order of the grid.
+  cells.reserve(grid.size());
+  for (index_t c = 0; c < grid.size(); ++c) {
+    const auto cell = grid.cell(c);
+    std::ranges::copy(cell, cells.emplace_back().begin());
+  }
+  constexpr int around = D == 2 ? 9 : 27;
+  index_list found;
+  for (index_t c = 0; c < grid.size(); ++c) {
+    const auto members = grid[c];
+    index_t count = std::ssize(members);
+    if (count >= needed || std::ranges::none_of(members, wanted)) continue;
+    for (int n = 0; n < around && count < needed; ++n) {
+      auto neighbor = cells[c];
+      for (int d = 0, rest = n; d < D; ++d, rest /= 3) neighbor[d] += rest % 3 - 1;
+      if (neighbor == cells[c]) continue;
+      const auto at = std::ranges::lower_bound(cells, neighbor);
+      if (at != cells.end() && *at == neighbor) count += std::ssize(grid[at - cells.begin()]);
+    }
+    if (count < needed) std::ranges::copy_if(members, std::back_inserter(found), wanted);
+  }
+  return found;
+}
+
 template <Scalar S, int D>
 class tile_run {
  public:
@@ -47,10 +79,15 @@ class tile_run {
   }
 
   point_cloud<S, D> operator()() {
-    for (;;) {
-      auto cloud = load_region<S, D>(survey_, region_before(0), stop_);
-      if (pass(cloud)) return cloud;
+    auto known = region_before(0);
+    auto loaded = load_region<S, D>(survey_, known, stop_);
+    if (foresee(loaded.cloud)) {
+      const auto more = load_region<S, D>(survey_, region_before(0), stop_, &known);
+      loaded = merged(std::move(loaded), more);
     }
+    loaded.order = {};
+    while (!pass(loaded.cloud)) loaded = load_region<S, D>(survey_, region_before(0), stop_);
+    return std::move(loaded.cloud);
   }
 
  private:
@@ -65,7 +102,7 @@ class tile_run {
     coarsest_ = std::max(coarsest_, reach.distance);
     double margin = reach.distance * (1 + more_than_rounding) + survey_.slack();
     if (reach.neighbors > 0)
-      margin += 3 * std::max(spacing(), coarsest_) * std::sqrt(double(reach.neighbors + 1));
+      margin += 2 * std::max(spacing(), coarsest_) * std::sqrt(double(reach.neighbors + 1));
     return margin;
   }
 
@@ -121,55 +158,111 @@ class tile_run {
     return world_of<S, D>(cloud.points.col(i), cloud.origin);
   }
 
+  /// Asks for what the first step that looks at nearest points will need around points that are
+  /// alone, as far as the points before all steps tell; whether there is any. That saves doing the
+  /// steps before it twice.
+  bool foresee(const point_cloud<S, D>& cloud) {
+    const auto looks = std::ranges::find_if(
+        steps_, [](const tile_step<S, D>& step) { return step.reach.neighbors > 0; });
+    if (looks == steps_.end() || cloud.empty()) return false;
+    const auto s = static_cast<std::size_t>(looks - steps_.begin());
+    double coarsest = 0;
+    for (const auto& step : steps_.first(s)) coarsest = std::max(coarsest, step.reach.distance);
+    const auto unknown = unknown_around(cloud, s, [&](double distance) {
+      // With fewer points, the nearest ones are farther away.
+      return coarsest > 0 ? 1.02 * distance + 2 * coarsest : distance;
+    });
+    if (!unknown || unknown->empty()) return false;
+    for (const auto& ball : *unknown) wanted_.push_back({s, ball});
+    return true;
+  }
+
   /// Whether, of all points that step `s` must get right, the nearest ones are known, and not just
   /// some of those that are. If not, more is asked for.
   bool knows_neighbors(const point_cloud<S, D>& cloud, std::size_t s) {
-    const auto known = region_before(s);
-    if (known.is_everything() || cloud.empty()) return true;
-    const auto after = region_before(s + 1);
-    // A step may count the point itself, or not.
-    const index_t needed = steps_[s].reach.neighbors + 1;
-    const index_list doubtful = far_from_enough(cloud, after, margins_[s], needed);
-    if (doubtful.empty()) return true;
-
-    point_matrix<S, D> queries(D, std::ssize(doubtful));
-    for (index_t q = 0; q < queries.cols(); ++q) queries.col(q) = cloud.points.col(doubtful[q]);
-    const kd_tree<S, D> tree{cloud.points};
-    const auto near = tree.find_all(queries, knn{needed});
-    std::vector<typename tile_region<D>::ball> unknown;
-    bool is_thin = false;
-    for (index_t q = 0; q < queries.cols(); ++q) {
-      const auto distances = near[q].distances();
-      if (std::ssize(distances) < needed) {
-        is_thin = true;
-        break;
-      }
-      const auto place = place_of(cloud, doubtful[q]);
-      const double distance = double(distances.back()) * (1 + more_than_rounding) + survey_.slack();
-      if (distance > known.margin_of(place)) unknown.push_back({place, distance});
-    }
-    if (!is_thin && unknown.empty()) return true;
+    if (cloud.empty()) return true;
+    const auto unknown = unknown_around(cloud, s, [](double distance) { return distance; });
     constexpr std::ptrdiff_t many = 64;
-    merge(unknown);
-    if (is_thin || std::ssize(unknown) > many) {
+    if (!unknown || std::ssize(*unknown) > many)
       margins_[s] *= 2;
-    } else {
-      for (const auto& ball : unknown) wanted_.push_back({s, ball});
-    }
-    return false;
+    else
+      for (const auto& ball : *unknown) wanted_.push_back({s, ball});
+    return unknown && unknown->empty();
   }
 
-  /// The points of a region in whose cell there are fewer than `needed` points, cells being so
-  /// small that all points of one are less than `distance` apart.
-  static index_list far_from_enough(const point_cloud<S, D>& cloud, const tile_region<D>& region,
-                                    double distance, index_t needed) {
-    const voxel_grid grid{cloud.points, voxel_size{0.999 * distance / std::sqrt(double(D))}};
-    index_list few;
-    for (const auto cell : grid)
-      if (std::ssize(cell) < needed)
-        for (const auto i : cell)
-          if (region.contains(place_of(cloud, i))) few.push_back(i);
-    return few;
+  /// What else step `s` needs to know to get its points right: balls around some of them, as large
+  /// as `enough` makes the distance of those that are known. Nothing if there are too few points to
+  /// tell.
+  template <class F>
+  std::optional<std::vector<typename tile_region<D>::ball>> unknown_around(
+      const point_cloud<S, D>& cloud, std::size_t s, F enough) {
+    std::vector<typename tile_region<D>::ball> unknown;
+    const auto known = region_before(s);
+    if (known.is_everything()) return unknown;
+    // A step may count the point itself, or not.
+    const index_t needed = steps_[s].reach.neighbors + 1;
+    const auto doubtful = doubtful_points(cloud, known, region_before(s + 1), margins_[s], needed);
+    if (doubtful.empty()) return unknown;
+    if (cloud.size() < needed) return std::nullopt;
+    const auto distances = farthest_of_nearest(cloud, doubtful, needed);
+    for (std::size_t i = 0; i < doubtful.size(); ++i) {
+      const auto place = place_of(cloud, doubtful[i]);
+      const double distance =
+          enough(double(distances[i]) * (1 + more_than_rounding) + survey_.slack());
+      if (distance > known.margin_of(place)) unknown.push_back({place, distance});
+    }
+    merge(unknown);
+    return unknown;
+  }
+
+  /// How far each of some points is from the last of the `needed` points that are nearest to it,
+  /// itself among them.
+  static std::vector<S> farthest_of_nearest(const point_cloud<S, D>& cloud,
+                                            const index_list& points, index_t needed) {
+    std::vector<S> farthest;
+    constexpr std::ptrdiff_t not_worth_a_tree = 32;
+    if (std::ssize(points) <= not_worth_a_tree) {
+      Eigen::Matrix<S, dynamic, 1> squares;
+      for (const auto i : points) {
+        squares = (cloud.points.colwise() - cloud.points.col(i)).colwise().squaredNorm();
+        std::ranges::nth_element(squares, squares.begin() + (needed - 1));
+        farthest.push_back(std::sqrt(squares[needed - 1]));
+      }
+      return farthest;
+    }
+    point_matrix<S, D> queries(D, std::ssize(points));
+    for (index_t q = 0; q < queries.cols(); ++q) queries.col(q) = cloud.points.col(points[q]);
+    const kd_tree<S, D> tree{cloud.points};
+    const auto near = tree.find_all(queries, knn{needed});
+    for (index_t q = 0; q < queries.cols(); ++q) farthest.push_back(near[q].distances().back());
+    return farthest;
+  }
+
+  /// The points of the region `after` of which it is not certain that `needed` points are so near
+  /// that no other point, outside of what is known, can be nearer. `margin` is how much is known
+  /// around each of them at least.
+  static index_list doubtful_points(const point_cloud<S, D>& cloud, const tile_region<D>& known,
+                                    const tile_region<D>& after, double margin, index_t needed) {
+    // Deep inside, more is known, and a look at large cells is enough, which nearly all are full.
+    constexpr double deeper = 4;
+    index_list at_border;
+    std::vector<char> is_deep(static_cast<std::size_t>(cloud.size()));
+    for (index_t i = 0; i < cloud.size(); ++i) {
+      const double here = known.margin_of(place_of(cloud, i));
+      is_deep[i] = here >= deeper * margin;
+      if (here < (deeper + 1) * margin) at_border.push_back(static_cast<std::int32_t>(i));
+    }
+    auto doubtful = alone<S, D>(cloud.points, deeper * margin, needed, [&](std::int32_t i) {
+      return is_deep[i] != 0 && after.contains(place_of(cloud, i));
+    });
+    point_matrix<S, D> border(D, std::ssize(at_border));
+    for (index_t k = 0; k < border.cols(); ++k) border.col(k) = cloud.points.col(at_border[k]);
+    const auto more = alone<S, D>(border, margin, needed, [&](std::int32_t k) {
+      const auto i = at_border[k];
+      return is_deep[i] == 0 && after.contains(place_of(cloud, i));
+    });
+    for (const auto k : more) doubtful.push_back(at_border[k]);
+    return doubtful;
   }
 
   /// Balls that reach into each other become one, unless that would be much larger.

@@ -20,7 +20,8 @@ import :survey;
 namespace cilantro {
 
 template <Scalar S, int D>
-void describe_points(const point_cloud<S, D>& cloud, double edge, survey_file<D>& file) {
+void describe_points(const point_cloud<S, D>& cloud, double edge, bool is_local,
+                     survey_file<D>& file) {
   const auto origin = cloud.full_origin();
   for (index_t i = 0; i < cloud.size(); ++i) {
     if (i % points_of_a_run == 0) file.runs.emplace_back();
@@ -28,7 +29,7 @@ void describe_points(const point_cloud<S, D>& cloud, double edge, survey_file<D>
     ++run.count;
     // As a writer adds the origin, and a reader takes it away.
     point_vector<double, D> place = world_of<S, D>(cloud.points.col(i), origin);
-    place = world_of<S, D>((place - origin).template cast<S>(), origin);
+    if (!is_local) place = world_of<S, D>((place - origin).template cast<S>(), origin);
     if (!is_finite(place)) continue;
     run.box.add(place);
     ++file.squares[key_of(place, edge)];
@@ -109,18 +110,16 @@ attribute_values values_of_type(std::size_t type, index_t count) {
 template <Scalar S, int D>
 double bytes_per_point(const point_parts& parts) {
   double bytes = D * sizeof(S) * (parts.normals ? 2 : 1) + (parts.colors ? 12 : 0);
-  for (const auto& [name, type] : parts.attributes) {
-    (void)name;
-    (void)type;
-    bytes += 8;
-  }
+  for (const auto& [name, type] : parts.attributes)
+    bytes += std::visit([](const auto& v) { return double(sizeof(*v.data())); },
+                        values_of_type(type, 0));
   // The cloud as it is read and put together or changed, and a tree with neighbourhoods beside it.
   constexpr double of_a_tree = 64;
   return 3 * bytes + 2 * D * sizeof(S) + of_a_tree;
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                             \
-  template void describe_points(const point_cloud<S, D>&, double, survey_file<D>&);            \
+  template void describe_points(const point_cloud<S, D>&, double, bool, survey_file<D>&);      \
   template void conform(point_cloud<S, D>&, const point_parts&, const std::filesystem::path&); \
   template point_parts parts_of(const point_cloud<S, D>&);                                     \
   template double bytes_per_point<S, D>(const point_parts&);

@@ -101,6 +101,8 @@ struct tile_survey {
   extent<D> bounds;
   std::vector<tile_info> tiles;
   point_parts parts;
+  /// Whether the files hold coordinates without the origin, which keeps all their digits.
+  bool is_local = false;
 
   /// What rounding of coordinates and distances may amount to, generously.
   [[nodiscard]] double slack() const {
@@ -117,9 +119,11 @@ point_vector<double, D> world_of(const P& point, const point_vector<double, D>& 
   return point.template cast<double>() + origin;
 }
 
-/// Where and how large the points of `cloud` are once they are written and read again.
+/// Where the points of `cloud` are once they are written, with or without the origin, and read
+/// again.
 template <Scalar S, int D>
-void describe_points(const point_cloud<S, D>& cloud, double edge, survey_file<D>& file);
+void describe_points(const point_cloud<S, D>& cloud, double edge, bool is_local,
+                     survey_file<D>& file);
 
 /// Fills `tiles`, `bounds` and `points` by what the files are.
 template <int D>

@@ -96,9 +96,11 @@ point_cloud<S, D> tiled_cloud<S, D>::read_box(const box& region) const {
   region.check(region.lower.size());
   expects(region.lower.size() == 2 || region.lower.size() == D,
           "read_box: the box must have two dimensions, or those of the points");
-  auto found = load_region<S, D>(
-      *survey_,
-      tile_region<D>{{region.lower[0], region.lower[1]}, {region.upper[0], region.upper[1]}}, {});
+  auto found = load_region<S, D>(*survey_,
+                                 tile_region<D>{{region.lower[0], region.lower[1]},
+                                                {region.upper[0], region.upper[1]}},
+                                 {})
+                   .cloud;
   return region.lower.size() == D ? crop(std::move(found), region) : found;
 }
 

@@ -8,4 +8,5 @@ export import :communicator;
 export import :tile_step;
 export import :tiled_cloud;
 export import :write_tiles;
+export import :write_clusters;
 export import :for_each_tile;

@@ -50,7 +50,7 @@ std::string random_records(int format, std::size_t extra, index_t count) {
   std::string all;
   for (index_t i = 0; i < count; ++i) {
     std::string record(length, '\0');
-    for (char& c : record) c = static_cast<char>(random.uniform(0, 256));
+    for (char& c : record) c = static_cast<char>(static_cast<int>(random.uniform(0, 256)));
     for (std::size_t d = 0; d < 3; ++d)
       put(record, 4 * d, static_cast<std::int32_t>(random.uniform(-1e6, 1e6)));
     const bool has_time = format != 0 && format != 2;

@@ -167,7 +167,7 @@ struct times {
     const auto plus = static_cast<std::uint32_t>(old ? 1 : 0);
     if (step[now] == 0) {
       if (time == last[now] && old) return out.symbol(name + "0", 6, 0);
-      const std::int64_t by = time - last[now];
+      const std::int64_t by = minus(time, last[now]);
       if (by == static_cast<std::int32_t>(by)) {
         out.symbol(name + "0", 5 + plus, plus);
         out.integer(name, 32, 0, 0, static_cast<std::int32_t>(by));
@@ -184,7 +184,7 @@ struct times {
       out.symbol(name + "0", 5 + plus, plus + 1);
       return begin(out, name, time);
     }
-    const std::int64_t by = time - last[now];
+    const std::int64_t by = minus(time, last[now]);
     if (by == 0 && old) return out.symbol(name + "m", 516, 511);
     if (by == static_cast<std::int32_t>(by)) {
       const auto d = static_cast<std::int32_t>(by);
@@ -235,10 +235,13 @@ struct times {
  private:
   [[nodiscard]] std::uint32_t sequence(std::int64_t time) const {
     for (std::uint32_t i = 1; i < 4; ++i) {
-      const std::int64_t by = time - last[(now + i) & 3];
+      const std::int64_t by = minus(time, last[(now + i) & 3]);
       if (by == static_cast<std::int32_t>(by)) return i;
     }
     return 0;
+  }
+  static std::int64_t minus(std::int64_t a, std::int64_t b) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
   }
   void begin(coder& out, const std::string& name, std::int64_t time) {
     out.integer(name, 32, 8, static_cast<std::int32_t>(last[now] >> 32),

@@ -81,6 +81,11 @@ class byte_stream {
     return data;
   }
 
+  /// Tells that no more than the next `count` bytes are wanted, so that no more need be loaded.
+  void will_take(std::uint64_t count) {
+    wanted_ = std::min(count, remaining()) + position();
+  }
+
   /// The next `count` bytes, or what there is of them, without taking them.
   std::string_view peek(std::size_t count) {
     if (end_ - begin_ < count) load(count);
@@ -177,12 +182,16 @@ class byte_stream {
     begin_ = 0;
     // Lines may be long; growing by factors keeps reading one of them linear.
     if (room_.size() < count) room_.resize(std::max({piece, count, 2 * room_.size()}));
-    const std::size_t got = more_(room_.data() + end_, room_.size() - end_);
+    std::size_t room = room_.size() - end_;
+    if (wanted_ > loaded_)
+      room = std::min<std::uint64_t>(room, std::max<std::uint64_t>(wanted_ - loaded_, count - end_));
+    const std::size_t got = more_(room_.data() + end_, room);
     end_ += got;
     loaded_ += got;
   }
 
   std::uint64_t size_, loaded_, line_ = 0;
+  std::uint64_t wanted_ = 0;  ///< Where what is wanted ends; 0 if that is not known.
   refill more_;
   std::vector<char> room_;
   std::size_t begin_ = 0, end_ = 0;

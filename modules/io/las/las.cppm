@@ -12,8 +12,8 @@ namespace cilantro {
 /// A variable length record of a LAS file: a coordinate system, a description, or anything that
 /// somebody has registered a number for. `data` is kept as it is.
 export struct las_record {
-  std::string user_id;  ///< Up to 16 characters, such as "LASF_Projection".
-  std::uint16_t id = 0;
+  std::string user_id;               ///< Up to 16 characters, such as "LASF_Projection".
+  std::uint16_t id = 0;              ///< Unique for that user.
   std::string description = {};      ///< Up to 32 characters.
   std::vector<std::byte> data = {};  ///< At most 65,535 bytes, unless `is_extended`.
   bool is_extended = false;          ///< Whether it stands behind the points, as LAS 1.4 allows.
@@ -23,23 +23,26 @@ export struct las_record {
 
 /// What a LAS or LAZ file says about its points.
 export struct las_info {
-  int version_major = 1, version_minor = 4;
-  int point_format = 6;        ///< From 0 to 10.
-  bool is_compressed = false;  ///< Whether it is a LAZ file.
-  std::uint64_t points = 0;
+  int version_major = 1, version_minor = 4;  ///< Such as 1 and 4.
+  int point_format = 6;                      ///< From 0 to 10.
+  bool is_compressed = false;                ///< Whether it is a LAZ file.
+  std::uint64_t points = 0;                  ///< How many the file has.
   /// How many points are the first, second, … return of their pulse, as the file says.
   std::array<std::uint64_t, 15> points_by_return = {};
   std::uint16_t record_length = 30;  ///< Bytes per point, before compression.
   /// World coordinates are whole numbers × scale + offset.
   Eigen::Vector3d scale = Eigen::Vector3d::Constant(0.001);
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< See `scale`.
   /// The least and greatest coordinates, as the file says.
   Eigen::Vector3d lower = Eigen::Vector3d::Zero(), upper = Eigen::Vector3d::Zero();
+  /// The number of the flight line, and bits: the lowest for times of the GPS instead of its week,
+  /// 16 for a coordinate system as text.
   std::uint16_t file_source_id = 0, global_encoding = 0;
-  std::array<std::byte, 16> project_id = {};
-  std::string system_identifier, generating_software;
-  int creation_day = 0, creation_year = 0;
-  std::vector<las_record> records;
+  std::array<std::byte, 16> project_id = {};  ///< As somebody chose it.
+  std::string system_identifier = {},
+              generating_software = {};     ///< Who made the points, and the file.
+  int creation_day = 0, creation_year = 0;  ///< The day of the year, from 1; 0 if it is not known.
+  std::vector<las_record> records = {};     ///< All variable length records.
 
   /// The record of that name and number, or null if there is none.
   [[nodiscard]] const las_record* find_record(std::string_view user_id, std::uint16_t id) const

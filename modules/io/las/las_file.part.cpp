@@ -72,7 +72,7 @@ std::vector<las::extra_field> extra_fields(const las_record* record, std::size_t
 /// A name with _ for white space and what else no text holds.
 std::string attribute_name(std::string_view name);
 
-/// The comments that carry what is known about a file through steps on its cloud.
+/// The comments of a cloud: what is known about the file, carried through steps, and its texts.
 std::vector<std::string> las_comments(const las_info& info);
 /// What such comments tell, and the other comments, which stay in `comments`.
 struct las_hints {

@@ -29,40 +29,17 @@ import :cloud_builder;
 import :cloud_source;
 import :file_scope;
 import :las_file;
+import :las_table;
 
 namespace cilantro {
 namespace {
 
 using detail::load_little;
-using detail::number;
 using las::field;
 
 constexpr bool swapped = std::endian::native == std::endian::big;
 /// Colours are stored by 16 bits, of which some writers use 8.
 constexpr std::uint16_t most_of_eight_bit = 255;
-
-/// Where a column of the cloud comes from.
-struct las_column {
-  field from;
-  double scale = 1, offset = 0;
-  bool is_scaled = false;
-};
-
-/// The lines of a text, up to a zero if there is one.
-std::vector<std::string> lines_of(const las_record* record) {
-  std::vector<std::string> lines;
-  if (record == nullptr) return lines;
-  std::string_view rest{reinterpret_cast<const char*>(record->data.data()), record->data.size()};
-  rest = rest.substr(0, rest.find('\0'));
-  while (!rest.empty()) {
-    const auto end = rest.find('\n');
-    auto line = rest.substr(0, end);
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    lines.emplace_back(line);
-    rest.remove_prefix(end == rest.npos ? rest.size() : end + 1);
-  }
-  return lines;
-}
 
 template <Scalar S, int D>
 class las_reader {
@@ -70,12 +47,10 @@ class las_reader {
   las_reader(const detail::random_bytes& file, const read_options& options)
       : options_{options},
         layout_{read_las_layout(file)},
+        table_{las_table_of(layout_)},
         records_{open_records(file, layout_)},
         comments_{las_comments(layout_.info)} {
-    auto area = lines_of(layout_.info.find_record(las_spec, text_area_id));
-    const auto noted = take_origin<D>(area);
-    std::ranges::move(area, std::back_inserter(comments_));
-    add_columns();
+    const auto noted = take_origin<D>(comments_);
     if (options.origin == origin_policy::automatic) origin_ = noted ? *noted : choose_origin();
   }
 
@@ -104,66 +79,18 @@ class las_reader {
   }
 
  private:
-  /// Coordinates and colours first, then what becomes attributes.
-  void add_columns() {
-    for (const char* name : {"x", "y", "z"}) fields_.push_back({name, number::float64});
-    const int format = layout_.info.point_format;
-    if (las::has_colors(format))
-      for (const char* name : {"red", "green", "blue"}) fields_.push_back({name, number::float32});
-    first_column_ = fields_.size();
-    const auto add = [&](std::string name, const las_column& column) {
-      // Case matters to attributes, but not to what becomes coordinates and colours.
-      const auto taken = [&](std::string_view other) {
-        for (std::size_t f = 0; f < fields_.size(); ++f)
-          if (f < first_column_ ? same_name(fields_[f].name, other) : fields_[f].name == other)
-            return true;
-        return false;
-      };
-      std::string free = name;
-      for (int i = 2; taken(free); ++i) free = name + '_' + std::to_string(i);
-      fields_.push_back({std::move(free), column.from.type});
-      columns_.push_back(column);
-    };
-    for (const auto& f : las::fields_of(format)) add(std::string{f.name}, {.from = f});
-    std::size_t at = las::record_size(format);
-    for (const auto& e : layout_.extras)
-      for (std::size_t k = 0; k < e.count; ++k, at += detail::size_of(e.type)) {
-        const std::size_t i = std::min<std::size_t>(k, 2);
-        const auto name = attribute_name(e.name);
-        extra_types_.push_back(e.type);
-        add(e.count == 1 ? name : name + '[' + std::to_string(k) + ']',
-            {.from = {.name = {}, .type = e.is_scaled ? number::float64 : e.type, .at = at},
-             .scale = e.scale[i],
-             .offset = e.offset[i],
-             .is_scaled = e.is_scaled});
-      }
-    first_extra_ = columns_.size() - extra_types_.size();
-  }
-
   point_vector<double, D> choose_origin() const {
-    const las_info& info = layout_.info;
+    const auto middle = sampled_middle(*records_, layout_.info);
     point_vector<double, D> origin = point_vector<double, D>::Zero();
     constexpr double far = 10'000;
-    const auto sample = records_->sample();
-    const std::size_t n = sample.size() / info.record_length;
-    std::vector<double> values(n);
-    for (index_t d = 0; d < D && n > 0; ++d) {
-      for (std::size_t i = 0; i < n; ++i)
-        values[i] = double(load_little<std::int32_t>(sample.data() + i * info.record_length +
-                                                     4 * static_cast<std::size_t>(d))) *
-                        info.scale[d] +
-                    info.offset[d];
-      const auto median = values.begin() + static_cast<std::ptrdiff_t>(n / 2);
-      std::ranges::nth_element(values, median);
-      const double middle = std::round(*median);
-      if (!std::isfinite(middle)) continue;
+    for (index_t d = 0; d < D; ++d) {
       if (std::same_as<S, float>) {
-        if (std::abs(middle) >= far) origin[d] = middle;
+        if (std::abs(middle[d]) >= far) origin[d] = middle[d];
         continue;
       }
       // Steps that a double of that size still tells apart need no origin.
-      const double resolution = std::abs(middle) * std::numeric_limits<double>::epsilon();
-      if (std::abs(info.scale[d]) < 4 * resolution) origin[d] = info.offset[d];
+      const double resolution = std::abs(middle[d]) * std::numeric_limits<double>::epsilon();
+      if (std::abs(layout_.info.scale[d]) < 4 * resolution) origin[d] = layout_.info.offset[d];
     }
     return origin;
   }
@@ -190,7 +117,7 @@ class las_reader {
 
   point_cloud<S, D> read(std::uint64_t first, index_t count, const point_vector<double, D>& origin,
                          const task_monitor& monitor) {
-    cloud_builder<S, D> builder{fields_, origin_policy::none};
+    cloud_builder<S, D> builder{table_.fields, origin_policy::none};
     builder.resize(count);
     std::array<double, 3> shift;
     for (index_t d = 0; d < 3; ++d) shift[d] = layout_.info.offset[d] - (d < D ? origin[d] : 0.0);
@@ -256,12 +183,13 @@ class las_reader {
       for (index_t i = 0; i < n; ++i, data += length) values[i] = value(load_little<T>(data));
       store(builder, f, first, n, values.data());
     };
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      const auto& [from, scale, offset, is_scaled] = columns_[c];
-      const std::size_t f = first_column_ + c;
-      if (is_scaled) {
-        detail::visit_number(extra_types_[c - first_extra_], [&]<class T>(T) {
-          convert(f, from.at, T{}, double{}, [&](T v) { return double(v) * scale + offset; });
+    for (std::size_t c = 0; c < table_.columns.size(); ++c) {
+      const auto& [from, scaled] = table_.columns[c];
+      const std::size_t f = table_.first_column + c;
+      if (scaled) {
+        detail::visit_number(scaled->type, [&]<class T>(T) {
+          convert(f, from.at, T{}, double{},
+                  [&](T v) { return double(v) * scaled->scale + scaled->offset; });
         });
         continue;
       }
@@ -293,12 +221,9 @@ class las_reader {
 
   read_options options_;
   las_layout layout_;
+  las_table table_;
   std::unique_ptr<las_records> records_;
   std::vector<std::string> comments_;
-  std::vector<file_field> fields_;
-  std::vector<las_column> columns_;  ///< Of the fields from `first_column_` on.
-  std::vector<number> extra_types_;  ///< In the file, of the columns from `first_extra_` on.
-  std::size_t first_column_ = 0, first_extra_ = 0;
   std::optional<bool> are_eight_bit_;  ///< Of the colours; not known before it is asked for.
   point_vector<double, D> origin_ = point_vector<double, D>::Zero();
 };

@@ -58,6 +58,22 @@ las::extra_field parse_descriptor(const char* data) {
   return field;
 }
 
+/// The lines of a text, up to a zero if there is one.
+std::vector<std::string> lines_of(const las_record* record) {
+  std::vector<std::string> lines;
+  if (record == nullptr) return lines;
+  std::string_view rest{reinterpret_cast<const char*>(record->data.data()), record->data.size()};
+  rest = rest.substr(0, rest.find('\0'));
+  while (!rest.empty()) {
+    const auto end = rest.find('\n');
+    auto line = rest.substr(0, end);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    lines.emplace_back(line);
+    rest.remove_prefix(end == rest.npos ? rest.size() : end + 1);
+  }
+  return lines;
+}
+
 std::string escaped(const std::vector<std::byte>& data) {
   constexpr std::string_view digits = "0123456789ABCDEF";
   std::string text;
@@ -182,6 +198,8 @@ std::vector<std::string> las_comments(const las_info& info) {
     comments.push_back(std::string{record_keyword} + escaped(user) + ' ' + std::to_string(r.id) +
                        ' ' + escaped(description) + ' ' + escaped(r.data));
   }
+  for (auto& line : lines_of(info.find_record(las_spec, text_area_id)))
+    comments.push_back(std::move(line));
   return comments;
 }
 

@@ -197,9 +197,18 @@ class compressed_records : public las_records {
              const record_visitor& visit) override {
     if (count == 0) return;
     const auto begin = chunk_of(first), end = chunk_of(first + count - 1) + 1;
+    // A piece goes on in the chunk where the one before it ended.
+    open_chunk before = std::move(last_), after;
+    last_ = {};
     parallel_blocks(end - begin, 1, {.monitor = monitor}, [&](index_t, index_t i, index_t) {
-      decode(chunks_[begin + i], first, first + count, monitor, visit);
+      const chunk& c = chunks_[begin + i];
+      const bool goes_on = i == 0 && before.of == begin && before.next <= first;
+      open_chunk opened = goes_on ? std::move(before) : open(begin + i);
+      decode(opened, std::max(first, c.first), std::min(first + count, c.first + c.points), monitor,
+             visit);
+      if (begin + i + 1 == end) after = std::move(opened);
     });
+    last_ = std::move(after);
   }
 
   [[nodiscard]] std::vector<char> sample() const override {
@@ -220,39 +229,47 @@ class compressed_records : public las_records {
     return after - chunks_.begin() - 1;
   }
 
-  /// Those of the points of a chunk that are from `first` to `last` − 1.
-  void decode(const chunk& c, std::uint64_t first, std::uint64_t last, const task_monitor& monitor,
-              const record_visitor& visit) const {
-    if (c.points == 0) return;
-    const auto bytes = file_.read(c.at, c.bytes);
-    try {
-      const auto reader = open(bytes);
-      std::vector<char> records(static_cast<std::size_t>(most_records) * length_);
-      const std::uint64_t end = std::min(c.first + c.points, last);
-      std::uint64_t at = c.first;
-      for (; at < std::min(first, end); ++at) reader->next(records.data());
-      while (at < end) {
-        if (monitor.stop.stop_requested()) throw cancelled{};
-        const auto n = std::min<std::uint64_t>(most_records, end - at);
-        for (std::uint64_t i = 0; i < n; ++i) reader->next(records.data() + i * length_);
-        visit(at, static_cast<index_t>(n), records.data());
-        at += n;
-      }
-    } catch (const failure& f) {
-      refuse(f.what(), c.at);
-    }
+  /// A chunk of which some points are decoded.
+  struct open_chunk {
+    index_t of = -1;
+    std::uint64_t next = 0;  ///< Point, of all.
+    std::vector<char> bytes;
+    std::unique_ptr<laz::chunk_reader> reader;
+  };
+
+  [[nodiscard]] open_chunk open(index_t index) const {
+    const chunk& c = chunks_[index];
+    open_chunk opened{.of = index, .next = c.first, .bytes = file_.read(c.at, c.bytes)};
+    if (scheme_.compressor == laz_scheme::layered_chunked)
+      opened.reader = std::make_unique<laz::layered_chunk>(opened.bytes, scheme_.items);
+    else
+      opened.reader = std::make_unique<laz::point_chunk>(opened.bytes, scheme_.items);
+    return opened;
   }
 
-  [[nodiscard]] std::unique_ptr<laz::chunk_reader> open(const std::vector<char>& bytes) const {
-    if (scheme_.compressor == laz_scheme::layered_chunked)
-      return std::make_unique<laz::layered_chunk>(bytes, scheme_.items);
-    return std::make_unique<laz::point_chunk>(bytes, scheme_.items);
+  /// The points from `first` to `last` − 1, all of which are in the chunk.
+  void decode(open_chunk& opened, std::uint64_t first, std::uint64_t last,
+              const task_monitor& monitor, const record_visitor& visit) const {
+    std::vector<char> records(static_cast<std::size_t>(most_records) * length_);
+    try {
+      for (; opened.next < first; ++opened.next) opened.reader->next(records.data());
+      while (opened.next < last) {
+        if (monitor.stop.stop_requested()) throw cancelled{};
+        const auto n = std::min<std::uint64_t>(most_records, last - opened.next);
+        for (std::uint64_t i = 0; i < n; ++i) opened.reader->next(records.data() + i * length_);
+        visit(opened.next, static_cast<index_t>(n), records.data());
+        opened.next += n;
+      }
+    } catch (const failure& f) {
+      refuse(f.what(), chunks_[opened.of].at);
+    }
   }
 
   const detail::random_bytes& file_;
   std::size_t length_;
   laz_scheme scheme_;
   std::vector<chunk> chunks_;
+  open_chunk last_;
 };
 
 }  // namespace

@@ -222,6 +222,8 @@ class pcd_source : public cloud_source<S, D> {
   point_cloud<S, D> read(index_t count) override {
     const auto n = static_cast<index_t>(
         std::min(static_cast<std::uint64_t>(count), reader_.header().points - next_));
+    if (reader_.header().data == encoding::binary)
+      file_.stream().will_take(static_cast<std::uint64_t>(n) * reader_.header().record());
     auto piece = reader_.read(next_, n, &this->agreement());
     next_ += static_cast<std::uint64_t>(n);
     return piece;

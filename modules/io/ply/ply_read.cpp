@@ -261,18 +261,24 @@ class ply_source : public cloud_source<S, D> {
   point_cloud<S, D> read(index_t count) override {
     const auto n =
         static_cast<index_t>(std::min(static_cast<std::uint64_t>(count), vertices_.count - next_));
+    if (has_records()) file_.stream().will_take(static_cast<std::uint64_t>(n) * record());
     auto piece = reader_.read(next_, n, header_.comments, &this->agreement());
     next_ += static_cast<std::uint64_t>(n);
     return piece;
   }
   bool seek(std::uint64_t first) override {
-    if (header_.data == encoding::ascii || vertices_.has_lists()) return false;
+    if (!has_records()) return false;
     next_ = std::min(first, vertices_.count);
-    file_.seek(begin_ + next_ * vertices_.least_size());
+    file_.seek(begin_ + next_ * record());
     return true;
   }
 
  private:
+  [[nodiscard]] bool has_records() const {
+    return header_.data != encoding::ascii && !vertices_.has_lists();
+  }
+  [[nodiscard]] std::uint64_t record() const { return vertices_.least_size(); }
+
   open_file file_;
   read_options options_;
   ply::header header_;

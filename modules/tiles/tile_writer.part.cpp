@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+//
+// All tiles of a cloud into one folder. Internal.
+module;
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+module cilantro.tiles:tile_writer;
+
+import cilantro.eigen;
+import cilantro.core;
+import cilantro.cloud;
+import cilantro.io;
+import :communicator;
+import :cutting;
+import :index_file;
+import :ranks;
+import :running;
+import :survey;
+import :tile_step;
+import :tiled_cloud;
+import :write_tiles;
+
+namespace cilantro {
+
+/// A line that tells whether a folder was begun with the same input, steps and options.
+template <Scalar S, int D>
+std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_options& options);
+
+/// `write_tiles`; if `is_local`, coordinates are written without the origin, and keep all digits.
+template <Scalar S, int D>
+tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud,
+                                 const std::filesystem::path& folder, bool is_local,
+                                 const write_tiles_options& options);
+
+/// Makes the folder, or finds it as it must be. Throws `invalid_input` for one that is not empty,
+/// unless it is unfinished and resumed.
+void make_folder(const std::filesystem::path& folder, bool resume);
+/// Removes what a killed process has left under names that are not final.
+void remove_parts(const std::filesystem::path& folder);
+/// Throws `invalid_input` unless all ranks say the same.
+void expect_same(const process_group* ranks, const std::string& what);
+
+/// All tiles of a cloud, none of whose steps measures, into one folder.
+template <Scalar S, int D>
+class tile_writer {
+ public:
+  tile_writer(const tiled_cloud<S, D>& cloud, const std::filesystem::path& folder,
+              const std::string& what, bool is_local, const write_tiles_options& options,
+              const task_monitor& monitor)
+      : survey_{*cloud.survey()},
+        steps_{cloud.steps()},
+        ranks_{cloud.ranks().get()},
+        folder_{folder},
+        is_local_{is_local},
+        options_{options},
+        monitor_{monitor} {
+    on_all_ranks(ranks_, [&] {
+      for (auto& file : read_notes<D>(folder, what)) {
+        std::error_code error;
+        // Without points there is no file.
+        if (file.points > 0 &&
+            (std::filesystem::file_size(file.path, error) != file.bytes || error))
+          continue;
+        files_[file.path.filename().string()] = std::move(file);
+      }
+    });
+    on_first_rank(ranks_, [&] { remove_parts(folder); });
+    on_all_ranks(ranks_, [&] { notes_.emplace(folder, what, ranks_ ? ranks_->rank : 0); });
+  }
+
+  /// Writes all tiles that are not there yet, by `make` if it is given: the points of tile number
+  /// t.
+  void write(const std::function<point_cloud<S, D>(index_t)>& make = {}) {
+    std::vector<index_t> left;
+    std::map<tile_key, index_t> wanted;
+    for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
+      if (!files_.contains(name_of_tile(t))) {
+        left.push_back(t);
+        wanted[{survey_.tiles[t].x, survey_.tiles[t].y}] = t;
+      }
+    std::unique_ptr<tile_cutter<S, D>> cutter;
+    const bool cuts = steps_.empty() && !make;
+    const auto monitor = cuts ? in_passes(monitor_, 2) : monitor_;
+    if (cuts && !left.empty())
+      cutter = std::make_unique<tile_cutter<S, D>>(survey_, ranks_, wanted, folder_,
+                                                   points_at_a_time(), monitor);
+    on_all_ranks(ranks_, [&] {
+      run_all<D>(
+          survey_, ranks_, left,
+          [&](index_t t) { return memory_of<S, D>(survey_, steps_, survey_.tiles[t], 0); },
+          [&](index_t t) {
+            keep(t, make     ? make(t)
+                    : cutter ? cutter->tile(t)
+                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop));
+          },
+          monitor);
+    });
+    finish();
+  }
+
+ private:
+  [[nodiscard]] std::string name_of_tile(index_t t) const {
+    const auto& tile = survey_.tiles[t];
+    return std::to_string(tile.x) + '_' + std::to_string(tile.y) + options_.format;
+  }
+  /// A piece, and its points once more, sorted.
+  [[nodiscard]] index_t points_at_a_time() const {
+    const double fit = double(survey_.memory) / 2 / bytes_per_point<S, D>(survey_.parts);
+    return static_cast<index_t>(std::clamp(fit, 4096.0, 4e6));
+  }
+
+  void keep(index_t t, point_cloud<S, D> points) {
+    survey_file<D> file;
+    file.path = folder_ / name_of_tile(t);
+    describe_points(points, survey_.edge, is_local_, file);
+    if (is_local_) points.origin.setZero();
+    if (!points.empty()) {
+      write_cloud(points, file.path);
+      file.bytes = std::filesystem::file_size(file.path);
+    }
+    notes_->add(file);
+    const std::scoped_lock lock{mutex_};
+    own_ += text_of(file);
+    files_[file.path.filename().string()] = std::move(file);
+  }
+
+  void finish() {
+    for (const auto& text : gather_texts(ranks_, own_))
+      for (auto& file : files_of_text<D>(text, folder_))
+        files_[file.path.filename().string()] = std::move(file);
+    on_first_rank(ranks_, [&] {
+      tile_index<D> index{
+          is_local_, std::same_as<S, float> ? "float" : "double", survey_.edge, survey_.origin, {}};
+      for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
+        if (auto& file = files_[name_of_tile(t)]; file.points > 0)
+          index.files.push_back(std::move(file));
+      write_index(folder_, index);
+      remove_notes(folder_);
+      remove_parts(folder_);
+    });
+  }
+
+  const tile_survey<D>& survey_;
+  std::span<const tile_step<S, D>> steps_;
+  const process_group* ranks_;
+  std::filesystem::path folder_;
+  bool is_local_;
+  const write_tiles_options& options_;
+  const task_monitor& monitor_;
+  std::optional<tile_notes<D>> notes_;
+  std::mutex mutex_;
+  std::map<std::string, survey_file<D>> files_;  ///< Those that are done, by name.
+  std::string own_;                              ///< Those that this rank has done now, as text.
+};
+
+}  // namespace cilantro

@@ -139,7 +139,8 @@ class key_sorter {
     groups.members.resize(members);
   }
 
-  /// Runs of a block of points end with it, and begin where its points do.
+  /// Runs of a block of points end with it. They are kept where its points are, and so far say
+  /// where they end instead of where they begin.
   template <class WriteKeys>
   void find_runs(index_t points, WriteKeys write_keys) {
     count_.resize(static_cast<std::size_t>((points + default_block_size - 1) / default_block_size));
@@ -156,13 +157,6 @@ class key_sorter {
         out[last] = {key, static_cast<std::int32_t>(begin + i + 1), 0};  // Where it ends so far.
       }
       count_[b] = last + 1;
-      auto first = static_cast<std::int32_t>(begin);
-      for (std::size_t k = 0; k <= last; ++k) {
-        const std::int32_t past = out[k].begin;
-        out[k].begin = first;
-        out[k].size = past - first;
-        first = past;
-      }
     });
   }
 
@@ -174,8 +168,8 @@ class key_sorter {
         std::clamp(bit_width(total) - run_bits, 0, std::min(bits, most_part_bits));
     const int rest = bits - part_bits;
     const std::size_t parts = std::size_t{1} << part_bits;
-    const auto part_of = [&](const key_run<Key>& run) {
-      return part_bits == 0 ? 0 : static_cast<std::size_t>(run.key >> rest);
+    const auto part_of = [&](Key key) {
+      return part_bits == 0 ? 0 : static_cast<std::size_t>(key >> rest);
     };
     // Each chunk of blocks counts its runs for each part, and then knows where they go.
     const index_t blocks = std::ssize(count_),
@@ -187,7 +181,14 @@ class key_sorter {
         std::size_t* const place = places.data() + static_cast<std::size_t>(c) * parts;
         for (index_t b = begin; b < end; ++b) {
           const key_run<Key>* const runs = runs_.data() + b * default_block_size;
-          for (std::size_t k = 0; k < count_[b]; ++k) f(place[part_of(runs[k])], runs[k]);
+          auto first = static_cast<std::int32_t>(b * default_block_size);
+          // Looked up once: for all that a compiler knows, places may be counts.
+          const std::size_t count = count_[b];
+          for (std::size_t k = 0; k < count; ++k) {
+            const auto [key, past, unused] = runs[k];
+            f(place[part_of(key)], key_run<Key>{key, first, past - first});
+            first = past;
+          }
         }
       });
     };
@@ -199,7 +200,8 @@ class key_sorter {
       parts_[part + 1] = next;
     }
     buffer<key_run<Key>> other(total);
-    each_run([&](std::size_t& place, const key_run<Key>& run) { other[place++] = run; });
+    key_run<Key>* const to = other.data();
+    each_run([to](std::size_t& place, const key_run<Key>& run) { to[place++] = run; });
     runs_.resize(total);
     for_each_part([&](std::size_t part) {
       const auto size = parts_[part + 1] - parts_[part];

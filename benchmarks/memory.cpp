@@ -71,7 +71,8 @@ double measure(const std::function<double()>& prepare, const std::function<doubl
 int main() {
   const auto folder = std::filesystem::temp_directory_path() / "cilantro_memory_of_steps";
   std::filesystem::create_directories(folder);
-  for (const char* name : {"a.ply", "a.pcd", "a.las", "a.xyz"}) write_cloud(surface(), folder / name);
+  for (const char* name : {"a.ply", "a.pcd", "a.las", "a.xyz"})
+    write_cloud(surface(), folder / name);
   write_pcd(surface(), folder / "b.pcd", {.format = pcd_format::binary_compressed});
 
   point_cloud<float, 3> cloud;

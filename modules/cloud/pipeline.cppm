@@ -367,9 +367,9 @@ decltype(auto) operator|(C&& cloud, const F& function) {
 /// The step that applies `first`, then `second`. One of the two may be a function.
 export template <class A, class B>
   requires(PipelineStep<A> || PipelineStep<B>) && (!PointCloud<A>) && (!PointCloud<B>) &&
-          (!takes_steps_itself<A>) &&
-          (!std::ranges::range<A>) && (!std::ranges::range<B>) && (!is_range_closure<A>) &&
-          (!is_range_closure<B>) && (std::is_class_v<A> || std::is_pointer_v<A>) &&
+          (!takes_steps_itself<A>) && (!std::ranges::range<A>) && (!std::ranges::range<B>) &&
+          (!is_range_closure<A>) && (!is_range_closure<B>) &&
+          (std::is_class_v<A> || std::is_pointer_v<A>) &&
           (std::is_class_v<B> || std::is_pointer_v<B>)
 [[nodiscard]] auto operator|(A first, B second) {
   auto all = std::tuple_cat(as_steps(std::move(first)), as_steps(std::move(second)));

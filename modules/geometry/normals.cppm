@@ -14,9 +14,10 @@ export struct normals_options {
   /// Normals are flipped towards this point. Without one, the largest component of each is
   /// positive.
   std::optional<coordinates> viewpoint = {};
-  /// Whether neighbours are summed up in the order of their distance also where all within a radius,
-  /// or more than 64, are taken. That takes about a third longer. Without it, the last bit of a
-  /// result may depend on which other points there are; that is how parts of a cloud are processed.
+  /// Whether neighbours are summed up in the order of their distance also where all within a
+  /// radius, or more than 64, are taken. That takes about a third longer. Without it, the last bit
+  /// of a result may depend on which other points there are; that is how parts of a cloud are
+  /// processed.
   bool ascending = false;
   int threads = 0;
   task_monitor monitor = {};

@@ -10,7 +10,7 @@ namespace cilantro {
 
 /// How much of its surroundings a tile is given, in the units of the points.
 export struct halo {
-  double distance = 0;
+  double distance = 0;  ///< From the square of the tile.
 };
 
 /// A tile with its surroundings.

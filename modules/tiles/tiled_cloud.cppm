@@ -11,11 +11,12 @@ import :tile_step;
 
 namespace cilantro {
 
-/// Numbers of bytes: `4_GB` is 4·10⁹, `500_MB` is 5·10⁸.
 export inline namespace literals {
+  /// Numbers of bytes: `4_GB` is 4·10⁹.
   [[nodiscard]] consteval std::uint64_t operator""_GB(unsigned long long count) {
     return count * 1'000'000'000;
   }
+  /// As above: `500_MB` is 5·10⁸.
   [[nodiscard]] consteval std::uint64_t operator""_MB(unsigned long long count) {
     return count * 1'000'000;
   }

@@ -51,10 +51,11 @@ tiled_cloud<S, D> write_clusters(const tiled_cloud<S, D>& cloud,
 
 /// What `write_clusters(folder, …)` returns, to stand behind `|`.
 export struct write_clusters_sink {
-  std::filesystem::path folder;
-  cluster_rule rule;
-  write_tiles_options options;
+  std::filesystem::path folder;  ///< Where the tiles go.
+  cluster_rule rule;             ///< Which points form clusters.
+  write_tiles_options options;   ///< How the tiles are written.
 
+  /// Writes the tiles of `cloud`, with the clusters.
   template <Scalar S, int D>
   tiled_cloud<S, D> take(const tiled_cloud<S, D>& cloud) const {
     return write_clusters_by(cloud, folder, rule, options);

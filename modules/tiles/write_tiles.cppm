@@ -39,9 +39,10 @@ tiled_cloud<S, D> write_tiles(const tiled_cloud<S, D>& cloud, const std::filesys
 
 /// What `write_tiles(folder)` returns, to stand behind `|`.
 export struct write_tiles_sink {
-  std::filesystem::path folder;
-  write_tiles_options options;
+  std::filesystem::path folder;  ///< Where the tiles go.
+  write_tiles_options options;   ///< How they are written.
 
+  /// Writes the tiles of `cloud`.
   template <Scalar S, int D>
   tiled_cloud<S, D> take(const tiled_cloud<S, D>& cloud) const {
     return write_tiles(cloud, folder, options);

@@ -82,9 +82,7 @@ class byte_stream {
   }
 
   /// Tells that no more than the next `count` bytes are wanted, so that no more need be loaded.
-  void will_take(std::uint64_t count) {
-    wanted_ = std::min(count, remaining()) + position();
-  }
+  void will_take(std::uint64_t count) { wanted_ = std::min(count, remaining()) + position(); }
 
   /// The next `count` bytes, or what there is of them, without taking them.
   std::string_view peek(std::size_t count) {
@@ -184,7 +182,8 @@ class byte_stream {
     if (room_.size() < count) room_.resize(std::max({piece, count, 2 * room_.size()}));
     std::size_t room = room_.size() - end_;
     if (wanted_ > loaded_)
-      room = std::min<std::uint64_t>(room, std::max<std::uint64_t>(wanted_ - loaded_, count - end_));
+      room =
+          std::min<std::uint64_t>(room, std::max<std::uint64_t>(wanted_ - loaded_, count - end_));
     const std::size_t got = more_(room_.data() + end_, room);
     end_ += got;
     loaded_ += got;

@@ -75,7 +75,7 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
                                  bool is_local, const write_tiles_options& options) {
   expects(options.format == ".ply" || options.format == ".pcd",
           "write_tiles: tiles are written as .ply or .pcd, which keep all digits");
-  const auto ranks = cloud.ranks();
+  const auto& ranks = cloud.ranks();
   const std::string what = description_of(cloud, options);
   expect_same(ranks.get(), what);
   const auto& survey = *cloud.survey();

@@ -3,6 +3,7 @@ module;
 #include <unistd.h>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cctype>
 #include <cmath>
 #include <concepts>
@@ -31,6 +32,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_squares = 10'000'000;
+constexpr const char* too_many_tiles =
+    "open_tiles: with this edge there are more than 10 million tiles";
 
 /// Counts points in squares whose edge doubles while there are too many, unless it is given.
 class square_histogram {
@@ -57,8 +60,7 @@ class square_histogram {
       if (last_ == counts_.end() || last_->first != key) last_ = counts_.try_emplace(key).first;
       ++last_->second;
       if (is_given_)
-        expects(counts_.size() <= most_squares,
-                "open_tiles: with this edge there are more than 10 million tiles");
+        expects(counts_.size() <= most_squares, too_many_tiles);
       else if (counts_.size() > 65'536)
         coarsen(2 * edge_);
     }
@@ -80,11 +82,19 @@ class square_histogram {
   }
 
  private:
+  /// By where most points are: one that is far away must not make the squares of all others large.
   template <int D>
   static double first_edge(std::span<const point_vector<double, D>> places) {
-    extent<D> box;
-    for (const auto& place : places) box.add(place);
-    const double size = std::max(box.upper[0] - box.lower[0], box.upper[1] - box.lower[1]);
+    double size = 0, most_size = 0;
+    std::vector<double> along(places.size());
+    for (int d = 0; d < 2; ++d) {
+      std::ranges::transform(places, along.begin(), [d](const auto& place) { return place[d]; });
+      std::ranges::sort(along);
+      const std::size_t few = along.size() / 20;
+      size = std::max(size, along[along.size() - 1 - few] - along[few]);
+      most_size = std::max(most_size, along.back() - along.front());
+    }
+    if (size == 0) size = most_size;
     return size > 0 ? std::exp2(std::floor(std::log2(size / 256))) : 1;
   }
 
@@ -162,6 +172,10 @@ std::vector<fs::path> files_of(const fs::path& files) {
   const bool is_folder = fs::is_directory(files, error);
   if (!is_folder && (fs::exists(files, error) || pattern.find_first_of("*?") == pattern.npos))
     return {files};
+  if (is_folder && has_notes(files))
+    throw invalid_input{"open_tiles: \"" + files.string() +
+                        "\" has only some of the tiles of a run that was interrupted: let it go on "
+                        "with {.resume = true}, or name the files"};
   const auto folder = is_folder ? files : files.has_parent_path() ? files.parent_path() : ".";
   std::vector<fs::path> found;
   for (fs::directory_iterator at{folder, error}, end; !error && at != end; at.increment(error))
@@ -195,6 +209,14 @@ void look_at_first_points(tile_survey<D>& survey, std::optional<point_vector<dou
   }
 }
 
+/// Whether all points lie around the origin, so that larger squares would have the same points.
+bool are_around_origin(const square_counts& counts) {
+  return std::ranges::all_of(counts, [](const auto& counted) {
+    const auto& [x, y] = counted.first;
+    return -1 <= x && x <= 0 && -1 <= y && y <= 0;
+  });
+}
+
 /// The largest edge with which no tile has more points than are handled well: those that were
 /// counted times 2, 3, 4, 6, 8, 12 and so on.
 double choose_edge(const square_histogram& finest, double most_points) {
@@ -207,7 +229,7 @@ double choose_edge(const square_histogram& finest, double most_points) {
       for (const auto& [key, count] : next.counts()) most = std::max(most, count);
       if (double(most) > most_points) return edge;
       edge = next.edge();
-      if (next.counts().size() <= 1) return edge;
+      if (next.counts().size() <= 1 || are_around_origin(next.counts())) return edge;
     }
   return edge;
 }
@@ -216,10 +238,14 @@ template <Scalar S, int D>
 void scan_files(tile_survey<D>& survey, std::span<const fs::path> files,
                 const std::optional<point_vector<double, D>>& origin, const tile_options& options) {
   std::vector<std::optional<square_histogram>> squares(files.size());
+  std::atomic<std::size_t> squares_in_all = 0;
   survey.files.resize(files.size());
   parallel_blocks(
       std::ssize(files), 1, {options.threads, options.monitor}, [&](index_t f, index_t, index_t) {
         auto [file, counted] = scan<S, D>(files[f], origin, options.edge, options.monitor);
+        // Of one file at most 65536, if their edge was not given.
+        if (options.edge > 0)
+          expects((squares_in_all += counted.counts().size()) <= 4 * most_squares, too_many_tiles);
         survey.files[f] = std::move(file);
         squares[f] = std::move(counted);
       });
@@ -279,6 +305,7 @@ tiled_cloud<S, D> open_tiles(std::span<const fs::path> files, const tile_options
     scan_files<S, D>(*survey, all, origin, how);
   }
   join_files(*survey);
+  expects(survey->tiles.size() <= most_squares, too_many_tiles);
   return {std::move(survey), {}};
 }
 

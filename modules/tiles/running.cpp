@@ -91,16 +91,23 @@ class tile_run {
   }
 
  private:
-  /// How far the points of a tile are apart, if they lie on a surface.
+  /// How far the points of a tile are apart, if they lie on a surface that fills it; in a tile at
+  /// the rim, or of a few stray points, as far as in others. To guess too little costs another
+  /// look, and too much costs memory.
   [[nodiscard]] double spacing() const {
-    return survey_.edge / std::sqrt(double(std::max<std::uint64_t>(1, tile_.points)));
+    const double usual = double(survey_.points) / double(survey_.tiles.size());
+    const auto& bounds = survey_.bounds;
+    const double size =
+        std::max(bounds.upper[0] - bounds.lower[0], bounds.upper[1] - bounds.lower[1]);
+    const double edge = size > 0 ? std::min(survey_.edge, size) : survey_.edge;
+    return edge / std::sqrt(std::max({1.0, double(tile_.points), usual}));
   }
 
   double first_margin(const step_reach& reach) {
     if (!looks_around(reach)) return 0;
     // Of what comes later, no more is known than that it is not denser.
     coarsest_ = std::max(coarsest_, reach.distance);
-    double margin = reach.distance * (1 + more_than_rounding) + survey_.slack();
+    double margin = reach.distance * (1 + more_than_rounding) + survey_.template slack<S>();
     if (reach.neighbors > 0)
       margin += 2 * std::max(spacing(), coarsest_) * std::sqrt(double(reach.neighbors + 1));
     return margin;
@@ -208,7 +215,7 @@ class tile_run {
     for (std::size_t i = 0; i < doubtful.size(); ++i) {
       const auto place = place_of(cloud, doubtful[i]);
       const double distance =
-          enough(double(distances[i]) * (1 + more_than_rounding) + survey_.slack());
+          enough(double(distances[i]) * (1 + more_than_rounding) + survey_.template slack<S>());
       if (distance > known.margin_of(place)) unknown.push_back({place, distance});
     }
     merge(unknown);

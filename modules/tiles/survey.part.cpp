@@ -104,12 +104,17 @@ struct tile_survey {
   /// Whether the files hold coordinates without the origin, which keeps all their digits.
   bool is_local = false;
 
-  /// What rounding of coordinates and distances may amount to, generously.
+  /// What rounding of coordinates, which are kept as an S relative to the origin, may amount to,
+  /// generously.
+  template <Scalar S>
   [[nodiscard]] double slack() const {
-    double most = 0;
+    double most = 0, kept = 0;
     for (int d = 0; d < D && !bounds.empty(); ++d)
-      most = std::max({most, std::abs(bounds.lower[d]), std::abs(bounds.upper[d])});
-    return most * 0x1p-48;
+      for (const double bound : {bounds.lower[d], bounds.upper[d]}) {
+        most = std::max(most, std::abs(bound));
+        kept = std::max(kept, std::abs(bound - origin[d]));
+      }
+    return most * 0x1p-48 + kept * 8 * double(std::numeric_limits<S>::epsilon());
   }
 };
 

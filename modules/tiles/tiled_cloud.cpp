@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <numeric>
+#include <set>
 #include <utility>
 #include <vector>
 module cilantro.tiles;
@@ -26,7 +29,55 @@ std::vector<index_t> all_numbers(index_t count) {
   return all;
 }
 
+/// The survey with the tiles that may have points only after steps that look `reach` around them,
+/// such as the mean of points in other tiles.
+template <Scalar S, int D>
+std::shared_ptr<const tile_survey<D>> with_tiles_around(
+    std::shared_ptr<const tile_survey<D>> survey, double reach) {
+  constexpr double most_tiles = 1e7;
+  const double wide = std::ceil(reach / survey->edge);
+  if (!(wide > 0) || survey->tiles.empty()) return survey;
+  std::set<tile_key> around;
+  // Nothing is beyond the points of all tiles, but by rounding: the mean of some is among them.
+  auto bounds = survey->bounds;
+  for (int d = 0; d < D; ++d) {
+    bounds.lower[d] -= survey->template slack<S>();
+    bounds.upper[d] += survey->template slack<S>();
+  }
+  const auto first = key_of(bounds.lower, survey->edge), last = key_of(bounds.upper, survey->edge);
+  const auto far = static_cast<std::int64_t>(
+      std::min(wide, double(std::max(last.x - first.x, last.y - first.y)) + 1));
+  for (const auto& tile : survey->tiles) {
+    around.insert({tile.x, tile.y});
+    if (tile.points == 0) continue;
+    for (auto x = std::max(first.x, tile.x - far); x <= std::min(last.x, tile.x + far); ++x)
+      for (auto y = std::max(first.y, tile.y - far); y <= std::min(last.y, tile.y + far); ++y)
+        around.insert({x, y});
+    expects(double(around.size()) <= most_tiles,
+            "steps that look much farther than a tile is wide would make more than 10 million "
+            "tiles: open them with a larger edge");
+  }
+  if (around.size() == survey->tiles.size()) return survey;
+  auto more = std::make_shared<tile_survey<D>>(*survey);
+  for (const auto& tile : survey->tiles) around.erase({tile.x, tile.y});
+  for (const auto& key : around) more->tiles.push_back({key.x, key.y, 0});
+  std::ranges::sort(more->tiles, {}, [](const tile_info& t) { return tile_key{t.x, t.y}; });
+  return more;
+}
+
 }  // namespace
+
+template <Scalar S, int D>
+  requires(D == 2 || D == 3)
+tiled_cloud<S, D>::tiled_cloud(std::shared_ptr<const tile_survey<D>> survey,
+                               std::vector<tile_step<S, D>> steps,
+                               std::shared_ptr<const process_group> ranks)
+    : survey_{std::move(survey)}, steps_{std::move(steps)}, ranks_{std::move(ranks)} {
+  double reach = 0;
+  for (const auto& step : steps_)
+    if (!step.reach.everything) reach += step.reach.distance;
+  survey_ = with_tiles_around<S, D>(std::move(survey_), reach);
+}
 
 template <Scalar S, int D>
   requires(D == 2 || D == 3)

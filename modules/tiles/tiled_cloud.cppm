@@ -38,9 +38,7 @@ export struct tile_info {
   /// The tile has the points whose first two coordinates lie in [x·edge, (x + 1)·edge) and [y·edge,
   /// (y + 1)·edge), in world coordinates.
   std::int64_t x = 0, y = 0;
-  /// How many points are in it: exact for a folder that `write_tiles` has cut, otherwise estimated
-  /// from the bounds of runs of points.
-  std::uint64_t points = 0;
+  std::uint64_t points = 0;  ///< How many points of the files are in it.
 };
 
 template <int D>
@@ -65,8 +63,7 @@ class tiled_cloud {
   static constexpr int static_dimension = D;
 
   tiled_cloud(std::shared_ptr<const tile_survey<D>> survey, std::vector<tile_step<S, D>> steps,
-              std::shared_ptr<const process_group> ranks = nullptr)
-      : survey_{std::move(survey)}, steps_{std::move(steps)}, ranks_{std::move(ranks)} {}
+              std::shared_ptr<const process_group> ranks = nullptr);
 
   /// How many points there are in the files, before any step.
   [[nodiscard]] std::uint64_t size() const;
@@ -77,7 +74,8 @@ class tiled_cloud {
   [[nodiscard]] double edge() const;
   /// What points are relative to in all clouds that come out of it.
   [[nodiscard]] point_vector<double, D> origin() const;
-  /// The tiles that may have points, by x, then y.
+  /// The tiles that may have points after all steps, by x, then y: also those that have none in the
+  /// files, but as near as steps look, which may put the mean of points there.
   [[nodiscard]] const std::vector<tile_info>& tiles() const [[clang::lifetimebound]];
   /// The files, in their order.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;

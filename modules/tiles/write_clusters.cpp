@@ -64,7 +64,7 @@ class tile_clustering {
       : survey_{survey},
         rule_{rule},
         tile_{tile},
-        reach_{rule.radius * (1 + 1e-5) + survey.slack()},
+        reach_{rule.radius * (1 + 1e-5) + survey.template slack<S>()},
         points_{
             load_region<S, D>(survey,
                               tile_region<D>{tile, survey.edge,

@@ -28,7 +28,8 @@ cluster_rule rule_of(const dbscan_options& dbscan);
 /// As `write_tiles`, with the number of the connected component of each point in the attribute
 /// "cluster": points at most `distance` apart are joined, also across tiles. The numbers are those
 /// that `connected_components` gives for all points at once: the largest cluster is 0; −1 for
-/// points of components that are smaller or larger than the options allow.
+/// points of components that are smaller or larger than the options allow. After steps, the order
+/// of tiles decides where otherwise that of the points does: among equally large clusters.
 ///
 /// Memory beside that for tiles: about 60 bytes for each cluster of a tile, and for each point at
 /// most 2 · `distance` from the border of one. On disk, the points once more and 8 bytes for each.

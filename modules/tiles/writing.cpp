@@ -82,16 +82,23 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   const tile_options how{.memory = survey.memory, .threads = survey.threads};
   on_first_rank(ranks.get(), [&] { make_folder(folder, options.resume); });
 
-  const auto measuring =
-      std::ranges::count_if(cloud.steps(), [](const auto& step) { return bool(step.measure); });
+  const auto measures = [](const tile_step<S, D>& step) { return bool(step.measure); };
+  const auto measuring = std::ranges::count_if(cloud.steps(), measures);
   const auto monitor = in_passes(options.monitor, static_cast<int>(2 * measuring + 1));
-  // What a step measures is written down with the points, and kept by in the pass after it.
-  auto from = cloud;
+  // Points that are written down come back by tile. Where a step looks around after that, the order
+  // may decide: which of equally near points it takes, and how sums are rounded.
+  const auto& steps = cloud.steps();
+  const auto ordered = std::find_if(steps.rbegin(), steps.rend(), [](const tile_step<S, D>& step) {
+                         return step.reach != step_reach{} && !step.measure;
+                       }).base();
+  auto decided = with_limits<S, D>({cloud.survey(), {steps.begin(), ordered}, ranks}, monitor);
+  decided.insert(decided.end(), ordered, steps.end());
+  // What any other step measures is written down with the points, and kept by in the pass after it.
+  tiled_cloud<S, D> from{cloud.survey(), std::move(decided), ranks};
   std::vector<fs::path> passes;
   while (true) {
     auto rest = from.steps();
-    const auto next =
-        std::ranges::find_if(rest, [](const auto& step) { return bool(step.measure); });
+    const auto next = std::ranges::find_if(rest, measures);
     if (next == rest.end()) break;
     std::vector<tile_step<S, D>> before{rest.begin(), next};
     before.push_back(noting(*next));

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -102,6 +103,34 @@ TEST_CASE("options that make no sense are errors") {
   CHECK_THROWS_AS((void)write_tiles(survey, folder / "t", {.format = ".xyz"}), invalid_input);
   CHECK_THROWS_WITH_AS((void)(open_tiles<float>(path, {.edge = 10, .memory = 1_MB}).read()),
                        doctest::Contains("smaller edge, or more memory"), invalid_input);
+}
+
+TEST_CASE("an edge is chosen that suits most points") {
+  const test::temporary_folder folder;
+  auto ground = terrain<float>(200'000);  // Around the origin.
+  write_ply(ground, folder / "ground.ply");
+  CHECK(open_tiles<float>(folder / "ground.ply").edge() < 1000);
+  ground.points.col(7) << 1e9f, 0, 0;
+  write_ply(ground, folder / "stray.ply");
+  const auto survey = open_tiles<float>(folder / "stray.ply", {.memory = 12_MB, .threads = 1});
+  CHECK(survey.edge() < 100);
+  CHECK(survey.read().size() == ground.size());
+}
+
+TEST_CASE("a folder with some of its tiles is not opened as if it had all") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(1000), folder / "a.ply");
+  const auto survey =
+      open_tiles<float>(folder / "a.ply", {.edge = 10, .threads = 1}) | voxel_downsample(1);
+  const auto stop = [](double share) {
+    if (share > 0.5) throw std::runtime_error{"enough"};
+  };
+  CHECK_THROWS_WITH((void)write_tiles(survey, folder / "t", {.monitor = {.progress = stop}}),
+                    "enough");
+  CHECK_THROWS_WITH_AS((void)open_tiles<float>(folder / "t"), doctest::Contains("only some"),
+                       invalid_input);
+  (void)write_tiles(survey, folder / "t", {.resume = true});
+  CHECK_NOTHROW((void)open_tiles<float>(folder / "t"));
 }
 
 TEST_CASE("a folder that is not empty is not written to") {

@@ -113,6 +113,50 @@ TEST_CASE_TEMPLATE("outliers that all points together decide are those of the wh
   }
 }
 
+TEST_CASE_TEMPLATE("a mean of points in a square that has none itself is not lost", S, float,
+                   double) {
+  const test::temporary_folder folder;
+  // Three points in two tiles that touch at a corner, and their mean in a third one.
+  point_cloud<S, 3> corner;
+  corner.points.resize(3, 3);
+  corner.points << S(9.5), S(10.9), S(10.9), S(9.9), S(10), S(10), 0, 0, 0;
+  write_ply(corner, folder / "corner.ply");
+  check_same((open_tiles<S>(folder / "corner.ply", {.edge = 10}) | voxel_downsample(4)).read(),
+             voxel_downsample(corner, 4));
+  // Squares that are smaller than a voxel.
+  write_ply(terrain<S>(400), folder / "few.ply");
+  const auto few = read_ply<S>(folder / "few.ply");
+  const auto coarse = voxel_downsample(4) | estimate_normals(knn{3}) | voxel_downsample(7);
+  for (const double edge : {0.5, 2.0, 10.0}) {
+    INFO(edge);
+    const auto survey = open_tiles<S>(folder / "few.ply", {.edge = edge}) | coarse;
+    check_same(survey.read(), few | coarse);
+    index_t visited = 0;
+    for_each_tile(survey, halo{0}, [&](const auto& tile) { visited += tile.cloud.size(); });
+    CHECK(visited == (few | coarse).size());
+  }
+  const auto steps = voxel_downsample(2) | remove_statistical_outliers() | voxel_downsample(5);
+  check_same(
+      (open_tiles<S>(folder / "few.ply", {.edge = 3}) | steps | write_tiles(folder / "t")).read(),
+      few | steps);
+}
+
+TEST_CASE("what is written of equally near points is that of the whole") {
+  const test::temporary_folder folder;
+  point_cloud<double, 3> grid;
+  grid.points.resize(3, 1200);
+  for (index_t i = 0; i < 1200; ++i) {
+    const index_t k = i * 7919 % 1200;  // In no order of tiles.
+    grid.points.col(i) << 0.5 + double(k % 30), 0.5 + double(k / 30 % 20), double(k / 600);
+  }
+  write_ply(grid, folder / "grid.ply");
+  const auto steps = remove_statistical_outliers() | estimate_normals(knn{5});
+  check_same(
+      (open_tiles<double>(folder / "grid.ply", {.edge = 7}) | steps | write_tiles(folder / "t"))
+          .read(),
+      grid | steps);
+}
+
 TEST_CASE("a lambda within a reach, and a struct that says its reach, run on tiles") {
   const test::temporary_folder folder;
   write_ply(terrain<float>(5000), folder / "ground.ply");

@@ -65,9 +65,10 @@ void remove_parts(const fs::path& folder) {
 }
 
 void expect_same(const process_group* ranks, const std::string& what) {
-  for (const auto& text : gather_texts(ranks, what))
-    expects(text == what, "write_tiles: ranks work on different files, or by different steps:\n" +
-                              text + "\nand\n" + what);
+  for (auto& text : gather_texts(ranks, what))
+    if (text != what)
+      throw invalid_input{"write_tiles: ranks work on different files, or by different steps:\n" +
+                          text.append("\nand\n").append(what)};
 }
 
 template <Scalar S, int D>

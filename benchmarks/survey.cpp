@@ -2,12 +2,11 @@
 //
 // A survey that is larger than memory: made up, cut into tiles, and sent through steps.
 //
-//   survey make FOLDER POINTS [SEED]   flight strips over hills, houses and trees, as LAS files
-//   survey tile FILES OUT MEMORY_MB    cuts them into tiles
-//   survey run TILES OUT MEMORY_MB     voxels, outliers and normals, tile by tile
-//   survey whole FILES                 the same steps of all points at once, in memory
-//   survey hash OUT                    the hash of what `run` wrote, to compare with that of
-//   `whole`
+//   survey_cilantro make FOLDER POINTS [SEED]   flight strips over hills, houses and trees, as LAS
+//   files survey_cilantro tile FILES OUT MEMORY_MB    cuts them into tiles survey_cilantro run
+//   TILES OUT MEMORY_MB     voxels, outliers and normals, tile by tile survey_cilantro whole FILES
+//   the same steps of all points at once, in memory survey_cilantro hash OUT                    the
+//   hash of what `run` wrote, to compare with that of `whole`
 #include <chrono>
 #include <cmath>
 #include <cstdint>

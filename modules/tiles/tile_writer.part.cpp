@@ -129,7 +129,9 @@ class tile_writer {
     if (is_local_) points.origin.setZero();
     if (!points.empty()) {
       write_cloud(points, file.path);
-      file.bytes = std::filesystem::file_size(file.path);
+      std::error_code error;
+      file.bytes = std::filesystem::file_size(file.path, error);
+      if (error) throw io_error{file.path, "was written, and is gone: " + error.message()};
     }
     notes_->add(file);
     const std::scoped_lock lock{mutex_};

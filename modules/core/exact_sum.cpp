@@ -77,7 +77,7 @@ double exact_sum::value() const {
     return static_cast<unsigned __int128>(i < 0 ? 0 : limbs[static_cast<std::size_t>(i)]);
   };
   const unsigned __int128 highest = limb(top) << 64 | limb(top - 1) << 32 | limb(top - 2);
-  const int bits = 64 + std::bit_width(static_cast<std::uint64_t>(limb(top)));
+  const int bits = 64 + static_cast<int>(std::bit_width(static_cast<std::uint64_t>(limb(top))));
   const int exponent = 32 * static_cast<int>(top - 2) - 2 * static_cast<int>(one_factor);
   // The last place of the result has the weight of that of subnormal numbers, or more.
   const int last_place = std::max(exponent + bits - 53, -static_cast<int>(one_factor));

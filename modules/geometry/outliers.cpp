@@ -46,9 +46,9 @@ selection select_by(const std::vector<double>& values, Keep keep) {
 /// The doubles that add up to a sum: it, rounded, what was lost by that, rounded, and so on. A few.
 std::vector<double> expansion_of(exact_sum sum) {
   std::vector<double> terms;
-  for (double term = sum.value(); term != 0; term = sum.value()) {
-    terms.push_back(term);
-    sum += -term;
+  while (sum.value() != 0) {
+    terms.push_back(sum.value());
+    sum += -terms.back();
   }
   return terms;
 }

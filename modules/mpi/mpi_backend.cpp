@@ -64,8 +64,8 @@ class session::job {
  public:
   job(int& argc, char**& argv, double patience);
 
-  int rank() const { return rank_; }
-  int size() const { return size_; }
+  [[nodiscard]] int rank() const { return rank_; }
+  [[nodiscard]] int size() const { return size_; }
   std::vector<std::vector<std::byte>> all_gather(std::span<const std::byte> mine);
   void deal(std::ptrdiff_t count);
   std::optional<std::ptrdiff_t> next_ticket();
@@ -77,7 +77,7 @@ class session::job {
   /// Ends all ranks at once; `sentence` goes on after the name of this one.
   [[noreturn]] void end(const std::string& sentence);
 
-  bool is_left() const { return std::uncaught_exceptions() > exceptions_; }
+  [[nodiscard]] bool is_left() const { return std::uncaught_exceptions() > exceptions_; }
 
   static job* current();
   static void at_exit();
@@ -439,7 +439,7 @@ void session::job::tell(int to, word what) {
     return MPI_Isend(&words_[t].content, fields, MPI_INT64_T, to, tag_of_words, ranks_,
                      &words_[t].request);
   });
-  bye_said_[t] = what == word::bye;
+  bye_said_[t] = what == word::bye ? 1 : 0;
 }
 
 void session::job::miss_who_is_silent() {

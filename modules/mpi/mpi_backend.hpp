@@ -27,8 +27,8 @@ class session {
   /// Whether this process has one.
   static bool exists();
 
-  int rank() const;
-  int size() const;
+  [[nodiscard]] int rank() const;
+  [[nodiscard]] int size() const;
   std::vector<std::vector<std::byte>> all_gather(std::span<const std::byte> mine);
   void deal(std::ptrdiff_t count);
   std::optional<std::ptrdiff_t> next_ticket();

@@ -221,10 +221,11 @@ bool are_around_origin(const square_counts& counts) {
 /// counted times 2, 3, 4, 6, 8, 12 and so on.
 double choose_edge(const square_histogram& finest, double most_points) {
   double edge = finest.edge();
-  for (double times = 2; times < 0x1p60; times *= 2)
-    for (const double more : {times, 1.5 * times}) {
+  constexpr int most_doublings = 60;
+  for (int doublings = 1; doublings < most_doublings; ++doublings)
+    for (const double more : {1.0, 1.5}) {
       auto next = finest;
-      next.coarsen(more * finest.edge());
+      next.coarsen(std::ldexp(more * finest.edge(), doublings));
       std::uint64_t most = 0;
       for (const auto& [key, count] : next.counts()) most = std::max(most, count);
       if (double(most) > most_points) return edge;

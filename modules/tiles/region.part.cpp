@@ -60,13 +60,7 @@ class tile_region {
     for (int d = 0; d < 2; ++d)
       meets_column = meets_column && lower_[d] <= box.upper[d] && box.lower[d] <= upper_[d];
     return meets_column || std::ranges::any_of(balls_, [&](const ball& b) {
-             double squared = 0;
-             for (int d = 0; d < D; ++d) {
-               const double away =
-                   std::max({box.lower[d] - b.center[d], b.center[d] - box.upper[d], 0.0});
-               squared += away * away;
-             }
-             return std::sqrt(squared) <= b.radius * (1 + 1e-12);
+             return distance_to(b.center, box) <= b.radius * (1 + 1e-12);
            });
   }
   /// A distance up to which all that is around a place is in it; negative for a place outside.
@@ -78,6 +72,13 @@ class tile_region {
   }
 
  private:
+  static double distance_to(const point_vector<double, D>& place, const extent<D>& box) {
+    point_vector<double, D> away;
+    for (int d = 0; d < D; ++d)
+      away[d] = std::max({box.lower[d] - place[d], place[d] - box.upper[d], 0.0});
+    return away.norm();
+  }
+
   std::array<double, 2> lower_{}, upper_{};
   std::vector<ball> balls_;
 };

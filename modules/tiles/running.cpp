@@ -256,7 +256,7 @@ class tile_run {
     std::vector<char> is_deep(static_cast<std::size_t>(cloud.size()));
     for (index_t i = 0; i < cloud.size(); ++i) {
       const double here = known.margin_of(place_of(cloud, i));
-      is_deep[i] = here >= deeper * margin;
+      is_deep[i] = here >= deeper * margin ? 1 : 0;
       if (here < (deeper + 1) * margin) at_border.push_back(static_cast<std::int32_t>(i));
     }
     auto doubtful = alone<S, D>(cloud.points, deeper * margin, needed, [&](std::int32_t i) {

@@ -33,9 +33,11 @@ struct reaching_step : pipeline_step {
 
 /// A function of clouds as a step that looks at most `distance` away from a point, in the units of
 /// the points, to decide what becomes of it: `survey | with_reach(0.5, [](auto cloud) { … })`. 0
-/// for a function that treats each point by itself. The function must not depend on anything else,
-/// such as the number of points; must keep the order of the points; and must not move them. It is
-/// called by several threads at once. Throws `invalid_input` for a negative or infinite distance.
+/// for a function that treats each point by itself. The distance is that in space: a function that
+/// looks at all that is above or below, however far, says no distance that is enough. The function
+/// must not depend on anything else, such as the number of points; must keep the order of the
+/// points; and must not move them. It is called by several threads at once, and for some points
+/// more than once. Throws `invalid_input` for a negative or infinite distance.
 export template <class F>
 [[nodiscard]] auto with_reach(double distance, F function) {
   expect_between(0, distance, std::numeric_limits<double>::max(), "with_reach: the distance");

@@ -92,7 +92,8 @@ class tiled_cloud {
   /// All points after all steps, in one cloud, in the order of the tiles; they must fit into
   /// memory.
   [[nodiscard]] point_cloud<S, D> read() const;
-  /// One tile after all steps. Throws `invalid_input` for a number that is out of range.
+  /// One tile after all steps. Where a step needs a limit that all points decide, each call
+  /// computes it. Throws `invalid_input` for a number that is out of range.
   [[nodiscard]] point_cloud<S, D> read_tile(index_t number) const;
   /// The points of the files in a region of the first two coordinates, before any step, in the
   /// order of the files.
@@ -114,8 +115,8 @@ inline constexpr bool takes_steps_itself<tiled_cloud<S, D>> = true;
 
 /// Opens clouds in files, without loading them: a folder that `write_tiles` has written; or files
 /// of any format of `read_cloud`, by a path, a folder with such files, or a pattern of their names
-/// with
-/// `*` and `?`, in the order of their names.
+/// (not of their folders) with `*` and `?`, in the order of their names. Of a folder whose writing
+/// was interrupted, that is the tiles that are there.
 ///
 /// Of a written folder the index is read. Other files are read once from front to back, to know
 /// where runs of 4096 points lie. Points that are close in a file should be close in space, as they
@@ -123,8 +124,9 @@ inline constexpr bool takes_steps_itself<tiled_cloud<S, D>> = true;
 /// `open_tiles<float>("scan.ply") | write_tiles("tiles")`.
 ///
 /// Throws `io_error` for a file that cannot be read, and `invalid_input` if there is no file, for a
-/// negative or infinite edge, and for a tile that needs more than `memory`. Memory: about 20 bytes
-/// per 1000 points.
+/// negative or infinite edge, and for one with which there are more than 10 million tiles. A tile
+/// that needs more than `memory` is an `invalid_input` where it is to be worked on. Memory: about
+/// 20 bytes per 1000 points.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 [[nodiscard]] tiled_cloud<S, D> open_tiles(const std::filesystem::path& files,

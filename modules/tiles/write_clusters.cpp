@@ -332,13 +332,14 @@ cluster_rule rule_of(const dbscan_options& dbscan) {
 template <Scalar S, int D>
 tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::path& folder,
                                     const cluster_rule& rule, const write_tiles_options& options) {
-  const auto ranks = cloud.ranks();
+  const auto& ranks = cloud.ranks();
   const std::string what = description_of(cloud, options) + ", clusters within " +
                            in_digits(rule.radius) + " of " + std::to_string(rule.min_points) +
                            ", " + std::to_string(rule.least) + " to " + std::to_string(rule.most);
   expect_same(ranks.get(), what);
+  std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] {
-    make_folder(folder, options.resume);
+    lock = make_folder(folder, options.resume);
     const tile_notes<D> begun{folder, what, 0};
   });
   const auto monitor = in_passes(options.monitor, cloud.steps().empty() ? 2 : 3);

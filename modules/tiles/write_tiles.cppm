@@ -10,11 +10,12 @@ namespace cilantro {
 
 /// Options of `write_tiles`.
 export struct write_tiles_options {
-  /// The format of the tiles, as an extension that `write_cloud` knows and that keeps all digits.
+  /// The format of the tiles: `.ply` or `.pcd`.
   std::string format = ".ply";
   /// Whether to go on where a run on the same files with the same steps was interrupted: tiles that
   /// are done are kept. The steps must have the same parameters, which only their names and reaches
-  /// can be checked for. Without it, an unfinished folder is refused.
+  /// can be checked for; of the files, which must not have changed, only how many they and their
+  /// points are. Without it, an unfinished folder is refused.
   bool resume = false;
   /// `stop` is looked at between tiles; what has been written then can be resumed.
   task_monitor monitor = {};

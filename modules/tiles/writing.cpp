@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <concepts>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -40,16 +41,19 @@ std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_opt
   return line;
 }
 
-void make_folder(const fs::path& folder, bool resume) {
+std::unique_ptr<folder_lock> make_folder(const fs::path& folder, bool resume) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (std::error_code ignored; !fs::is_directory(folder, ignored))
     throw io_error{folder, "is no folder, and cannot be made one" +
                                (error ? ": " + error.message() : std::string{})};
   const bool is_unfinished = has_notes(folder);
-  if (fs::exists(folder / index_name, error))
-    throw invalid_input{"write_tiles: \"" + folder.string() +
-                        "\" has tiles already, and they are complete"};
+  const auto expect_incomplete = [&] {
+    if (fs::exists(folder / index_name, error))
+      throw invalid_input{"write_tiles: \"" + folder.string() +
+                          "\" has tiles already, and they are complete"};
+  };
+  expect_incomplete();
   if (is_unfinished && !resume)
     throw invalid_input{"write_tiles: \"" + folder.string() +
                         "\" has tiles of a run that was interrupted: go on with {.resume = true}, "
@@ -58,6 +62,9 @@ void make_folder(const fs::path& folder, bool resume) {
   if (error) throw io_error{folder, "cannot be read: " + error.message()};
   if (!is_unfinished && content != fs::directory_iterator{})
     throw invalid_input{"write_tiles: \"" + folder.string() + "\" is not empty"};
+  auto lock = std::make_unique<folder_lock>(folder);
+  expect_incomplete();  // Another process may just have let go of it.
+  return lock;
 }
 
 void remove_parts(const fs::path& folder) {
@@ -69,9 +76,10 @@ void remove_parts(const fs::path& folder) {
 }
 
 void expect_same(const process_group* ranks, const std::string& what) {
-  for (const auto& text : gather_texts(ranks, what))
-    expects(text == what, "write_tiles: ranks work on different files, or by different steps:\n" +
-                              text + "\nand\n" + what);
+  for (auto& text : gather_texts(ranks, what))
+    if (text != what)
+      throw invalid_input{"write_tiles: ranks work on different files, or by different steps:\n" +
+                          text.append("\nand\n").append(what)};
 }
 
 template <Scalar S, int D>
@@ -79,12 +87,13 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
                                  bool is_local, const write_tiles_options& options) {
   expects(options.format == ".ply" || options.format == ".pcd",
           "write_tiles: tiles are written as .ply or .pcd, which keep all digits");
-  const auto ranks = cloud.ranks();
+  const auto& ranks = cloud.ranks();
   const std::string what = description_of(cloud, options);
   expect_same(ranks.get(), what);
   const auto& survey = *cloud.survey();
   const tile_options how{.memory = survey.memory, .threads = survey.threads};
-  on_first_rank(ranks.get(), [&] { make_folder(folder, options.resume); });
+  std::unique_ptr<folder_lock> lock;
+  on_first_rank(ranks.get(), [&] { lock = make_folder(folder, options.resume); });
 
   const auto measures = [](const tile_step<S, D>& step) { return bool(step.measure); };
   const auto measuring = std::ranges::count_if(cloud.steps(), measures);

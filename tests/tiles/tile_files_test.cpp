@@ -131,6 +131,30 @@ TEST_CASE("floating colours of a file have one unit in all tiles") {
   }
 }
 
+TEST_CASE("no two write into a folder at once") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 10});
+  const auto other = [&](double) {
+    CHECK_THROWS_WITH_AS((void)write_tiles(survey, folder / "t", {.resume = true}),
+                         doctest::Contains("another process"), invalid_input);
+  };
+  CHECK(write_tiles(survey, folder / "t", {.monitor = {.progress = other}}).read().size() == 2000);
+}
+
+TEST_CASE("an index with squares of another edge is an error") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "a.ply");
+  (void)(open_tiles<float>(folder / "a.ply", {.edge = 10}) | write_tiles(folder / "t"));
+  const auto index = text_of(folder / "t" / "tiles.index");
+  const auto at = index.find("edge 10");
+  for (const std::string edge : {"edge 7", "edge 1e-300", "edge 1000"}) {
+    auto wrong = index;
+    write_text_of(folder / "t" / "tiles.index", wrong.replace(at, 7, edge));
+    CHECK_THROWS_AS((void)open_tiles<float>(folder / "t"), io_error);
+  }
+}
+
 TEST_CASE("an edge is chosen that suits most points") {
   const test::temporary_folder folder;
   auto ground = terrain<float>(200'000);  // Around the origin.

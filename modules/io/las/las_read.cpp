@@ -79,7 +79,7 @@ class las_reader {
   }
 
  private:
-  point_vector<double, D> choose_origin() const {
+  [[nodiscard]] point_vector<double, D> choose_origin() const {
     const auto middle = sampled_middle(*records_, layout_.info);
     point_vector<double, D> origin = point_vector<double, D>::Zero();
     constexpr double far = 10'000;

@@ -204,7 +204,7 @@ surroundings surroundings_of(const las_plan& plan, const std::array<std::uint64_
     ++(extended ? behind : before);
   }
   char* header = all.before.data();
-  std::memcpy(header, "LASF", 4);
+  std::ranges::copy(std::string_view{"LASF"}, header);
   store_little(header + 4, info.file_source_id);
   store_little(header + 6, info.global_encoding);
   std::memcpy(header + 8, info.project_id.data(), 16);

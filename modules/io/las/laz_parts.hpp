@@ -25,7 +25,7 @@ class layered_part {
   [[nodiscard]] std::size_t layers() const {
     return what_.kind == item::color14 ? 1 : what_.kind == item::color_infrared14 ? 2 : what_.size;
   }
-  void add_layer(std::optional<decoder> in) { in_.push_back(std::move(in)); }
+  void add_layer(std::optional<decoder> in) { in_.push_back(in); }
 
   void first(const char* record, unsigned channel) {
     channel_ = channel;

@@ -20,7 +20,7 @@ class number_rows {
   void reset(std::size_t columns) {
     columns_ = columns;
     blocks_.clear();
-    shift_ = std::bit_width((block_numbers / columns) | 1) - 1;
+    shift_ = static_cast<int>(std::bit_width((block_numbers / columns) | 1)) - 1;
   }
 
   /// Makes room for `rows` rows. Those that were there keep their numbers, others have any.

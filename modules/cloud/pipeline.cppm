@@ -289,7 +289,8 @@ class step : public pipeline_step {
   /// What is wrapped.
   [[nodiscard]] const F& function() const [[clang::lifetimebound]] { return *function_; }
 
-  /// What the wrapped struct says of itself: `needs`, `gives`, `reach`, `writes_outside`, `choose`.
+  /// What the wrapped struct says of itself: `needs`, `gives`, `reach`, `moves_points`,
+  /// `writes_outside`, `choose`.
   [[nodiscard]] cloud_parts needs() const
     requires requires(const F& f) { f.needs(); }
   {
@@ -304,6 +305,11 @@ class step : public pipeline_step {
     requires requires(const F& f) { f.reach(); }
   {
     return function().reach();
+  }
+  [[nodiscard]] bool moves_points() const
+    requires requires(const F& f) { f.moves_points(); }
+  {
+    return function().moves_points();
   }
   [[nodiscard]] bool writes_outside() const
     requires requires(const F& f) { f.writes_outside(); }

@@ -16,9 +16,10 @@ class cloud_source;
 ///
 /// The formats are those of `read_cloud`. Pieces joined give what `read_cloud` gives, except that
 /// what is guessed from the numbers (the origin, the unit of colours, the columns of a text) is
-/// guessed from the first piece and kept; the first piece of a text should not be small. Files of
-/// PLY, PCD, LAS, LAZ and text, and those of KITTI, are read piece by piece; compressed PCD, E57,
-/// PTX and NPY as a whole. `width` and `height` are not kept.
+/// guessed from the first piece, or, if reading does not begin at the front, from the first 65,536
+/// points, and kept; the first piece of a text should not be small. Files of PLY, PCD, LAS, LAZ and
+/// text, and those of KITTI, are read piece by piece; compressed PCD, E57, PTX and NPY as a whole.
+/// `width` and `height` are not kept.
 export template <Scalar S, int D = 3>
   requires(D == 2 || D == 3)
 class cloud_reader {

@@ -112,6 +112,7 @@ void tile_cutter<S, D>::read_files(const std::map<tile_key, index_t>& wanted, in
     expect_unchanged(file);
     cloud_reader<S, D> reader{file.path, {.monitor = {.stop = monitor.stop}}};
     reader.set_origin(survey_.origin);
+    reader.seek(0);  // So that what is guessed does not depend on the size of pieces.
     for (auto points = reader.read(piece); !points.empty(); points = reader.read(piece)) {
       if (monitor.stop.stop_requested()) throw cancelled{};
       done += static_cast<std::uint64_t>(points.size());

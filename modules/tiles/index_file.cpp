@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <algorithm>
 #include <array>
@@ -102,6 +104,33 @@ std::optional<survey_file<D>> parse_line(std::string_view line,
   return file;
 }
 
+/// Whether the squares of a file can be those of its boxes: who trusts squares of another edge
+/// loses points.
+template <int D>
+bool has_squares_of(const survey_file<D>& file, double edge) {
+  constexpr double too_far = 0x1p53;
+  extent<D> all;
+  for (const auto& run : file.runs) {
+    const auto& [lower, upper] = run.box;
+    for (int d = 0; d < D && !run.box.empty(); ++d)
+      if (!std::isfinite(lower[d]) || !std::isfinite(upper[d]) || lower[d] > upper[d]) return false;
+    all.add(run.box);
+  }
+  if (all.empty()) return file.squares.empty();
+  for (int d = 0; d < 2; ++d)
+    if (!(std::max(std::abs(all.lower[d]), std::abs(all.upper[d])) < too_far * edge)) return false;
+  const auto first = key_of(all.lower, edge), last = key_of(all.upper, edge);
+  std::uint64_t left = file.points;
+  tile_key least = last, most = first;
+  for (const auto& [key, count] : file.squares) {
+    if (count > left) return false;
+    left -= count;
+    least = {std::min(least.x, key.x), std::min(least.y, key.y)};
+    most = {std::max(most.x, key.x), std::max(most.y, key.y)};
+  }
+  return least == first && most == last;
+}
+
 template <class F>
 auto with_errors(const std::filesystem::path& path, F f) {
   try {
@@ -150,7 +179,8 @@ tile_index<D> parse_index(detail::byte_stream& in, const std::filesystem::path& 
     in.fail_at_line("the number of files is missing");
   for (; count > 0; --count) {
     auto file = parse_line<D>(line(), folder);
-    if (!file || file->path.empty()) in.fail_at_line("this line describes no tile");
+    if (!file || file->path.empty() || !has_squares_of(*file, index.edge))
+      in.fail_at_line("this line describes no tile");
     index.files.push_back(std::move(*file));
   }
   (void)words_after("end");
@@ -196,6 +226,24 @@ void write_index(const std::filesystem::path& folder, const tile_index<D>& index
     out.write(text.data(), text.size());
     out.commit();
   });
+}
+
+folder_lock::folder_lock(const std::filesystem::path& folder) : path_{folder / notes_name} {
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw io_error{path_, std::strerror(errno)};
+  // A file system without locks has none to offer.
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  ::close(descriptor_);
+  throw invalid_input{"write_tiles: \"" + folder.string() +
+                      "\" is being written by another process or thread"};
+}
+
+folder_lock::~folder_lock() {
+  struct stat status{};
+  // If nothing was begun, nothing is unfinished.
+  if (::fstat(descriptor_, &status) == 0 && status.st_size == 0 && status.st_nlink > 0)
+    ::unlink(path_.c_str());
+  ::close(descriptor_);
 }
 
 namespace {

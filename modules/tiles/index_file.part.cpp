@@ -51,6 +51,21 @@ class tile_notes {
   int descriptor_ = -1;
 };
 
+/// While it lives, no other process may write into a folder: two that resume the same run would
+/// overwrite what each has put aside.
+class folder_lock {
+ public:
+  /// Throws `invalid_input` if another one lives.
+  explicit folder_lock(const std::filesystem::path& folder);
+  folder_lock(const folder_lock&) = delete;
+  folder_lock& operator=(const folder_lock&) = delete;
+  ~folder_lock();
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
 /// The tiles that all ranks of a run that was interrupted have noted. Throws `invalid_input` if the
 /// first line of what is there is not `what`.
 template <int D>

@@ -143,31 +143,30 @@ template <int D>
 void run_all(const tile_survey<D>& survey, const process_group* ranks,
              std::span<const index_t> tiles, const std::function<std::uint64_t(index_t)>& cost,
              const std::function<void(index_t)>& work, const task_monitor& monitor) {
-  if (monitor.stop.stop_requested()) throw cancelled{};
   std::vector<index_t> order(tiles.begin(), tiles.end());
   std::ranges::sort(order, std::ranges::greater{},
                     [&](index_t t) { return std::pair{survey.tiles[t].points, -t}; });
   std::vector<std::uint64_t> costs;
   double points = 0;
+  // Where ranks deal, none may stay away, not even one that cannot go on.
+  const index_t count = std::ssize(order);
+  if (ranks != nullptr) ranks->deal(count);
+  if (monitor.stop.stop_requested()) throw cancelled{};
   for (const index_t t : order) {
     costs.push_back(cost(t));
     points += double(survey.tiles[t].points);
   }
-  const index_t count = std::ssize(order);
   std::atomic<index_t> taken = 0;
   std::function<std::optional<index_t>()> next = [&]() -> std::optional<index_t> {
     const index_t i = taken++;
     return i < count ? std::optional{i} : std::nullopt;
   };
-  if (ranks != nullptr) {
-    ranks->deal(count);
-    next = ranks->next_ticket;
-  }
+  if (ranks != nullptr) next = ranks->next_ticket;
   const std::function<void(index_t)> work_on = [&](index_t i) { work(order[i]); };
   const index_t most = survey.threads > 0 ? survey.threads : detail::threads_of_part(1);
   crew all{costs, survey.memory, next, work_on, monitor};
   all.run(static_cast<int>(std::max<index_t>(1, std::min(most, count))),
-          [&](index_t i) { return double(survey.tiles[order[i]].points) / points; });
+          [&](index_t i) { return double(survey.tiles[order[i]].points) / std::max(points, 1.0); });
 }
 
 template void run_all(const tile_survey<2>&, const process_group*, std::span<const index_t>,

@@ -45,9 +45,9 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud,
                                  const std::filesystem::path& folder, bool is_local,
                                  const write_tiles_options& options);
 
-/// Makes the folder, or finds it as it must be. Throws `invalid_input` for one that is not empty,
-/// unless it is unfinished and resumed.
-void make_folder(const std::filesystem::path& folder, bool resume);
+/// Makes the folder, or finds it as it must be, and keeps others from it. Throws `invalid_input`
+/// for one that is not empty, unless it is unfinished and resumed.
+std::unique_ptr<folder_lock> make_folder(const std::filesystem::path& folder, bool resume);
 /// Removes what a killed process has left under names that are not final.
 void remove_parts(const std::filesystem::path& folder);
 /// Throws `invalid_input` unless all ranks say the same.
@@ -129,7 +129,9 @@ class tile_writer {
     if (is_local_) points.origin.setZero();
     if (!points.empty()) {
       write_cloud(points, file.path);
-      file.bytes = std::filesystem::file_size(file.path);
+      std::error_code error;
+      file.bytes = std::filesystem::file_size(file.path, error);
+      if (error) throw io_error{file.path, "was written, and is gone: " + error.message()};
     }
     notes_->add(file);
     const std::scoped_lock lock{mutex_};

@@ -173,10 +173,13 @@ class joined_sets {
     std::ranges::sort(order);
     for (std::size_t i = 0; i < order.size(); ++i)
       numbers_[std::get<2>(order[i])] = static_cast<std::int32_t>(i);
+    for (auto& [point, parent] : parents_) parent = find(point);
   }
-  [[nodiscard]] std::int32_t number_of(point_number set) {
+  /// After `number`. May be called by several threads at once.
+  [[nodiscard]] std::int32_t number_of(point_number set) const {
     if (set == nobody) return clusters::none;
-    const auto found = numbers_.find(find_known(set));
+    const auto known = parents_.find(set);
+    const auto found = numbers_.find(known == parents_.end() ? set : known->second);
     return found == numbers_.end() ? clusters::none : found->second;
   }
 
@@ -189,11 +192,6 @@ class joined_sets {
       at = parents_.find(at->second);
     }
     return at->first;
-  }
-  [[nodiscard]] point_number find_known(point_number i) const {
-    for (auto at = parents_.find(i); at != parents_.end() && at->second != i; at = parents_.find(i))
-      i = at->second;
-    return i;
   }
 
   std::unordered_map<point_number, point_number> parents_;
@@ -298,7 +296,6 @@ class cluster_writer {
     scratch_[place.rank]->read(place.at, sets.data(), sets.size() * sizeof(point_number));
     std::vector<std::int32_t> numbers;
     numbers.reserve(sets.size());
-    const std::scoped_lock lock{mutex_};
     for (const auto set : sets) numbers.push_back(sets_.number_of(set));
     points.set_attribute("cluster", attribute_values{std::move(numbers)});
     return points;
@@ -313,7 +310,6 @@ class cluster_writer {
   std::vector<std::unique_ptr<scratch_file>> scratch_;  ///< By rank.
   std::map<std::int64_t, labels_place> places_;         ///< By tile.
   joined_sets sets_;
-  std::mutex mutex_;
 };
 
 }  // namespace
@@ -341,8 +337,9 @@ tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::pa
                            in_digits(rule.radius) + " of " + std::to_string(rule.min_points) +
                            ", " + std::to_string(rule.least) + " to " + std::to_string(rule.most);
   expect_same(ranks.get(), what);
+  std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] {
-    make_folder(folder, options.resume);
+    lock = make_folder(folder, options.resume);
     const tile_notes<D> begun{folder, what, 0};
   });
   const auto monitor = in_passes(options.monitor, cloud.steps().empty() ? 2 : 3);

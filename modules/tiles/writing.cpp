@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <concepts>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -40,20 +41,30 @@ std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_opt
   return line;
 }
 
-void make_folder(const fs::path& folder, bool resume) {
+std::unique_ptr<folder_lock> make_folder(const fs::path& folder, bool resume) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) throw io_error{folder, "is no folder, and cannot be made one"};
+  if (std::error_code ignored; !fs::is_directory(folder, ignored))
+    throw io_error{folder, "is no folder, and cannot be made one" +
+                               (error ? ": " + error.message() : std::string{})};
   const bool is_unfinished = has_notes(folder);
-  if (fs::exists(folder / index_name, error))
-    throw invalid_input{"write_tiles: \"" + folder.string() +
-                        "\" has tiles already, and they are complete"};
+  const auto expect_incomplete = [&] {
+    if (fs::exists(folder / index_name, error))
+      throw invalid_input{"write_tiles: \"" + folder.string() +
+                          "\" has tiles already, and they are complete"};
+  };
+  expect_incomplete();
   if (is_unfinished && !resume)
     throw invalid_input{"write_tiles: \"" + folder.string() +
                         "\" has tiles of a run that was interrupted: go on with {.resume = true}, "
                         "or remove the folder"};
-  if (!is_unfinished && fs::directory_iterator{folder} != fs::directory_iterator{})
+  const fs::directory_iterator content{folder, error};
+  if (error) throw io_error{folder, "cannot be read: " + error.message()};
+  if (!is_unfinished && content != fs::directory_iterator{})
     throw invalid_input{"write_tiles: \"" + folder.string() + "\" is not empty"};
+  auto lock = std::make_unique<folder_lock>(folder);
+  expect_incomplete();  // Another process may just have let go of it.
+  return lock;
 }
 
 void remove_parts(const fs::path& folder) {
@@ -81,7 +92,8 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   expect_same(ranks.get(), what);
   const auto& survey = *cloud.survey();
   const tile_options how{.memory = survey.memory, .threads = survey.threads};
-  on_first_rank(ranks.get(), [&] { make_folder(folder, options.resume); });
+  std::unique_ptr<folder_lock> lock;
+  on_first_rank(ranks.get(), [&] { lock = make_folder(folder, options.resume); });
 
   const auto measures = [](const tile_step<S, D>& step) { return bool(step.measure); };
   const auto measuring = std::ranges::count_if(cloud.steps(), measures);
@@ -108,7 +120,9 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
     on_first_rank(ranks.get(), [&] {
       // Until there is something in it, that is how the folder is seen to be unfinished.
       const tile_notes<D> begun{folder, what, 0};
-      fs::create_directories(pass);
+      std::error_code failure;
+      fs::create_directories(pass, failure);
+      if (failure) throw io_error{pass, "cannot be made: " + failure.message()};
     });
     std::error_code error;
     if (!fs::exists(pass / index_name, error))

@@ -105,6 +105,56 @@ TEST_CASE("options that make no sense are errors") {
                        doctest::Contains("smaller edge, or more memory"), invalid_input);
 }
 
+TEST_CASE("floating colours of a file have one unit in all tiles") {
+  const test::temporary_folder folder;
+  for (const std::string format : {"ascii", "binary_little_endian"}) {
+    constexpr int count = 70'000;
+    std::string text =
+        "ply\nformat " + format + " 1.0\nelement vertex " + std::to_string(count) +
+        "\nproperty float x\nproperty float y\nproperty float z\nproperty float red\n"
+        "property float green\nproperty float blue\nend_header\n";
+    for (int i = 0; i < count; ++i) {
+      // Dark where the file does not begin.
+      const float values[]{float(i), 0, 0, i < 1000 ? 200.0f : 1.0f, 0, 0};
+      if (format == "ascii")
+        text += std::to_string(i) + " 0 0 " + (i < 1000 ? "200" : "1") + " 0 0\n";
+      else
+        text.append(reinterpret_cast<const char*>(values), sizeof values);
+    }
+    write_text_of(folder / (format + ".ply"), text);
+    const auto survey = open_tiles<float>(folder / (format + ".ply"), {.edge = 20'000});
+    const auto whole = read_ply<float>(folder / (format + ".ply"));
+    CHECK((survey.read().colors == whole.colors));
+    CHECK((survey.read_tile(3).colors.array() <= 1.0f / 255).all());
+    const auto tiles = survey | write_tiles(folder / format);
+    CHECK((tiles.read_tile(3).colors.array() <= 1.0f / 255).all());
+  }
+}
+
+TEST_CASE("no two write into a folder at once") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 10});
+  const auto other = [&](double) {
+    CHECK_THROWS_WITH_AS((void)write_tiles(survey, folder / "t", {.resume = true}),
+                         doctest::Contains("another process"), invalid_input);
+  };
+  CHECK(write_tiles(survey, folder / "t", {.monitor = {.progress = other}}).read().size() == 2000);
+}
+
+TEST_CASE("an index with squares of another edge is an error") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "a.ply");
+  (void)(open_tiles<float>(folder / "a.ply", {.edge = 10}) | write_tiles(folder / "t"));
+  const auto index = text_of(folder / "t" / "tiles.index");
+  const auto at = index.find("edge 10");
+  for (const std::string edge : {"edge 7", "edge 1e-300", "edge 1000"}) {
+    auto wrong = index;
+    write_text_of(folder / "t" / "tiles.index", wrong.replace(at, 7, edge));
+    CHECK_THROWS_AS((void)open_tiles<float>(folder / "t"), io_error);
+  }
+}
+
 TEST_CASE("an edge is chosen that suits most points") {
   const test::temporary_folder folder;
   auto ground = terrain<float>(200'000);  // Around the origin.
@@ -142,6 +192,7 @@ TEST_CASE("a folder that is not empty is not written to") {
   CHECK_THROWS_AS((void)write_tiles(survey, folder / "t"), invalid_input);
   CHECK_THROWS_AS((void)write_tiles(survey, folder / "t", {.resume = true}), invalid_input);
   CHECK_THROWS_AS((void)write_tiles(survey, folder / "a.ply"), io_error);
+  CHECK_THROWS_AS((void)write_tiles(survey, folder / std::string(300, 'x')), io_error);
 }
 
 TEST_CASE("parts that a file lacks are an error that names it, and others are left out") {

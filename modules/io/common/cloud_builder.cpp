@@ -216,12 +216,15 @@ bool cloud_builder<S, D>::is_exact(double value) const {
 
 /// Floating colours are from 0 to 1, or, if one of them is above 1, from 0 to 255, or to 65535.
 template <Scalar S, int D>
-void cloud_builder<S, D>::scale_colors() {
-  bool are_floating = false;
+bool cloud_builder<S, D>::has_floating_colors() const {
   for (std::size_t f = 0; f < fields_.size(); ++f)
-    are_floating =
-        are_floating || (targets_[f].to == kind::color && detail::is_floating(fields_[f].type));
-  if (!are_floating) return;
+    if (targets_[f].to == kind::color && detail::is_floating(fields_[f].type)) return true;
+  return false;
+}
+
+template <Scalar S, int D>
+void cloud_builder<S, D>::scale_colors() {
+  if (!has_floating_colors()) return;
   float most = 0;
   for (const float c : cloud_.colors.reshaped())
     if (std::isfinite(c)) most = std::max(most, c);

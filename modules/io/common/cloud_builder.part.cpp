@@ -61,6 +61,8 @@ class cloud_builder {
   }
 
   [[nodiscard]] bool has_points() const { return has_points_; }
+  /// Whether colours are of a unit that only their values tell.
+  [[nodiscard]] bool has_floating_colors() const;
   /// Makes room. Nothing is asked for before.
   void resize(index_t count);
 

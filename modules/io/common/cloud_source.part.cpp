@@ -38,6 +38,9 @@ class cloud_source {
     return false;
   }
 
+  /// Whether the first piece that is read decides something about all others.
+  [[nodiscard]] virtual bool guesses() const { return false; }
+
   /// Makes this the origin of all pieces from now on.
   void set_origin(const point_vector<double, D>& origin) { agreement_.origin = origin; }
 

@@ -61,6 +61,7 @@ class pcd_reader {
   }
 
   [[nodiscard]] const pcd::header& header() const { return header_; }
+  [[nodiscard]] bool guesses() const { return builder_->has_floating_colors(); }
 
   point_cloud<S, D> read() {
     if (header_.points > std::uint64_t{std::numeric_limits<std::int32_t>::max()})
@@ -219,6 +220,7 @@ class pcd_source : public cloud_source<S, D> {
   [[nodiscard]] std::optional<std::uint64_t> size() const override {
     return reader_.header().points;
   }
+  [[nodiscard]] bool guesses() const override { return reader_.guesses(); }
   point_cloud<S, D> read(index_t count) override {
     const auto n = static_cast<index_t>(
         std::min(static_cast<std::uint64_t>(count), reader_.header().points - next_));

@@ -53,6 +53,8 @@ class vertex_reader {
     check_size();
   }
 
+  [[nodiscard]] bool guesses() const { return builder_->has_floating_colors(); }
+
   /// The vertices `first` to `first + count` − 1, which are the next ones.
   point_cloud<S, D> read(std::uint64_t first, index_t count, std::vector<std::string> comments,
                          piece_agreement<D>* agreement = nullptr) {
@@ -258,6 +260,7 @@ class ply_source : public cloud_source<S, D> {
         begin_{file_.stream().position()} {}
 
   [[nodiscard]] std::optional<std::uint64_t> size() const override { return vertices_.count; }
+  [[nodiscard]] bool guesses() const override { return reader_.guesses(); }
   point_cloud<S, D> read(index_t count) override {
     const auto n =
         static_cast<index_t>(std::min(static_cast<std::uint64_t>(count), vertices_.count - next_));

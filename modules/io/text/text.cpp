@@ -465,6 +465,7 @@ class text_source : public cloud_source<S, D> {
         reader_{file_.stream(), options_} {}
 
   [[nodiscard]] std::optional<std::uint64_t> size() const override { return std::nullopt; }
+  [[nodiscard]] bool guesses() const override { return true; }
   point_cloud<S, D> read(index_t count) override { return reader_.read(count, &this->agreement()); }
 
  private:

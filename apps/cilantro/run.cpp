@@ -98,6 +98,9 @@ void add_run(CLI::App& app, job_of_ranks* ranks) {
       throw CLI::ValidationError{"--edge, --memory and --resume are for folders and patterns"};
     if (on_tiles && settings->output.empty())
       throw CLI::ValidationError{"what is done tile by tile needs a folder as --output"};
+    if (on_tiles && !ending_of(settings->output).empty())
+      throw CLI::ValidationError{"what is done tile by tile goes into a folder, and \"" +
+                                 settings->output + "\" ends like a file"};
     if (on_tiles && settings->drawings.any())
       throw CLI::ValidationError{"what is done tile by tile is not drawn; draw the folder"};
     if (!on_tiles && ranks != nullptr && ranks->size() > 1)

@@ -158,6 +158,7 @@ tile_index<D> parse_index(detail::byte_stream& in, const std::filesystem::path& 
   };
   if (line() != first_words) in.fail_at_line("this is not an index of tiles of this version");
   tile_index<D> index;
+  index.made = words_after("made").rest();
   int dimension = 0;
   if (auto words = words_after("dimension");
       !detail::parse_number(words.next(), dimension) || dimension != D)
@@ -208,7 +209,7 @@ void write_index(const std::filesystem::path& folder, const tile_index<D>& index
   with_errors(path, [&] {
     detail::output_file out{path};
     std::string text{first_words};
-    text += "\ndimension";
+    text += "\nmade " + index.made + "\ndimension";
     put(text, D);
     text += "\nscalar " + index.scalar + (index.is_local ? " local" : "") + "\nedge";
     put(text, index.edge);

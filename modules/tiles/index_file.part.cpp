@@ -19,6 +19,7 @@ constexpr std::string_view index_name = "tiles.index", notes_name = "tiles.unfin
 /// What an index says beside its files.
 template <int D>
 struct tile_index {
+  std::string made;  ///< Of what, and how: the first line of the notes while it was written.
   bool is_local = false;
   std::string scalar;  ///< `float` or `double`: with other numbers, points may change squares.
   double edge = 0;

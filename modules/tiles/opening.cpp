@@ -320,12 +320,12 @@ template <Scalar S, int D>
 void expect_steps_on_tiles(const std::vector<tile_step<S, D>>& steps) {
   std::string moved_by;
   for (const auto& step : steps) {
-    expects(!step.reach.everything, "the step " + step.name +
-                                        " looks at the whole cloud, so that it cannot be applied "
-                                        "to one tile after the other");
     expects(!step.writes_outside,
             "the step " + step.name +
                 " writes to something that all tiles would share; write_tiles writes tiles");
+    expects(!step.reach.everything, "the step " + step.name +
+                                        " looks at the whole cloud, so that it cannot be applied "
+                                        "to one tile after the other");
     expects(moved_by.empty() || step.reach == step_reach{},
             "the step " + step.name + " looks around points after " + moved_by +
                 " has moved them: write the moved tiles, open these, and go on from there");

@@ -69,13 +69,45 @@ index_list alone(const point_matrix<S, D>& points, double distance, index_t need
   return found;
 }
 
+/// How far the points of a tile are apart, if they lie on a surface that fills it; in a tile at the
+/// rim, or of a few stray points, as far as in others. To guess too little costs another look, and
+/// too much costs memory.
+template <int D>
+double spacing_of(const tile_survey<D>& survey, const tile_info& tile) {
+  const double usual = double(survey.points) / double(survey.tiles.size());
+  const auto& bounds = survey.bounds;
+  const double size =
+      std::max(bounds.upper[0] - bounds.lower[0], bounds.upper[1] - bounds.lower[1]);
+  const double edge = size > 0 ? std::min(survey.edge, size) : survey.edge;
+  return edge / std::sqrt(std::max({1.0, double(tile.points), usual}));
+}
+
+/// How much more each step needs to know than it gives; where it looks at nearest points, a guess.
+template <Scalar S, int D>
+std::vector<double> first_margins(const tile_survey<D>& survey,
+                                  std::span<const tile_step<S, D>> steps, const tile_info& tile) {
+  std::vector<double> margins;
+  double coarsest = spacing_of(survey, tile);
+  for (const auto& step : steps) {
+    const auto& reach = step.reach;
+    // Of what comes later, no more is known than that it is not denser.
+    coarsest = std::max(coarsest, reach.distance);
+    double margin = looks_around(reach)
+                        ? reach.distance * (1 + more_than_rounding) + survey.template slack<S>()
+                        : 0;
+    if (reach.neighbors > 0) margin += 2 * coarsest * std::sqrt(double(reach.neighbors + 1));
+    margins.push_back(margin);
+  }
+  return margins;
+}
+
 template <Scalar S, int D>
 class tile_run {
  public:
   tile_run(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
            const tile_info& tile, double halo, const std::stop_token& stop)
       : survey_{survey}, steps_{steps}, tile_{tile}, halo_{halo}, stop_{stop} {
-    for (const auto& step : steps) margins_.push_back(first_margin(step.reach));
+    margins_ = first_margins<S, D>(survey, steps, tile);
   }
 
   point_cloud<S, D> operator()() {
@@ -91,28 +123,6 @@ class tile_run {
   }
 
  private:
-  /// How far the points of a tile are apart, if they lie on a surface that fills it; in a tile at
-  /// the rim, or of a few stray points, as far as in others. To guess too little costs another
-  /// look, and too much costs memory.
-  [[nodiscard]] double spacing() const {
-    const double usual = double(survey_.points) / double(survey_.tiles.size());
-    const auto& bounds = survey_.bounds;
-    const double size =
-        std::max(bounds.upper[0] - bounds.lower[0], bounds.upper[1] - bounds.lower[1]);
-    const double edge = size > 0 ? std::min(survey_.edge, size) : survey_.edge;
-    return edge / std::sqrt(std::max({1.0, double(tile_.points), usual}));
-  }
-
-  double first_margin(const step_reach& reach) {
-    if (!looks_around(reach)) return 0;
-    // Of what comes later, no more is known than that it is not denser.
-    coarsest_ = std::max(coarsest_, reach.distance);
-    double margin = reach.distance * (1 + more_than_rounding) + survey_.template slack<S>();
-    if (reach.neighbors > 0)
-      margin += 2 * std::max(spacing(), coarsest_) * std::sqrt(double(reach.neighbors + 1));
-    return margin;
-  }
-
   /// What has to be known before step number `s`, or after all of them.
   [[nodiscard]] tile_region<D> region_before(std::size_t s) const {
     double margin = halo_;
@@ -292,7 +302,6 @@ class tile_run {
   const tile_info& tile_;
   double halo_;
   const std::stop_token& stop_;
-  double coarsest_ = 0;
   std::vector<double> margins_;  ///< How much more each step needs than it gives.
   std::vector<wanted_ball<D>> wanted_;
 };
@@ -315,7 +324,7 @@ template <Scalar S, int D>
 std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
                         const tile_info& tile, double halo) {
   double margin = halo;
-  for (const auto& step : steps) margin += step.reach.distance;
+  for (const double more : first_margins<S, D>(survey, steps, tile)) margin += more;
   const double edge = survey.edge, with_margin = (edge + 2 * margin) / edge;
   const double points =
       std::min(double(tile.points) * with_margin * with_margin, double(survey.points));

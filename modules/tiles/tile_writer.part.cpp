@@ -48,6 +48,10 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud,
 /// Makes the folder, or finds it as it must be, and keeps others from it. Throws `invalid_input`
 /// for one that is not empty, unless it is unfinished and resumed.
 std::unique_ptr<folder_lock> make_folder(const std::filesystem::path& folder, bool resume);
+/// Whether a folder is complete, and was made so; the same for all ranks.
+template <int D>
+bool is_complete(const process_group* ranks, const std::filesystem::path& folder,
+                 const std::string& what);
 /// Removes what a killed process has left under names that are not final.
 void remove_parts(const std::filesystem::path& folder);
 /// Throws `invalid_input` unless all ranks say the same.
@@ -64,6 +68,7 @@ class tile_writer {
         steps_{cloud.steps()},
         ranks_{cloud.ranks().get()},
         folder_{folder},
+        what_{what},
         is_local_{is_local},
         options_{options},
         monitor_{monitor} {
@@ -144,8 +149,8 @@ class tile_writer {
       for (auto& file : files_of_text<D>(text, folder_))
         files_[file.path.filename().string()] = std::move(file);
     on_first_rank(ranks_, [&] {
-      tile_index<D> index{
-          is_local_, std::same_as<S, float> ? "float" : "double", survey_.edge, survey_.origin, {}};
+      tile_index<D> index{what_,        is_local_,      std::same_as<S, float> ? "float" : "double",
+                          survey_.edge, survey_.origin, {}};
       for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
         if (auto& file = files_[name_of_tile(t)]; file.points > 0)
           index.files.push_back(std::move(file));
@@ -159,6 +164,7 @@ class tile_writer {
   std::span<const tile_step<S, D>> steps_;
   const process_group* ranks_;
   std::filesystem::path folder_;
+  std::string what_;
   bool is_local_;
   const write_tiles_options& options_;
   const task_monitor& monitor_;

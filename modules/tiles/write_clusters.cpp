@@ -337,14 +337,16 @@ tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::pa
                            in_digits(rule.radius) + " of " + std::to_string(rule.min_points) +
                            ", " + std::to_string(rule.least) + " to " + std::to_string(rule.most);
   expect_same(ranks.get(), what);
+  const auto& survey = *cloud.survey();
+  const tile_options how{.memory = survey.memory, .threads = survey.threads};
+  if (options.resume && is_complete<D>(ranks.get(), folder, what))
+    return {open_tiles<S, D>(folder, how).survey(), {}, ranks};
   std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] {
     lock = make_folder(folder, options.resume);
     const tile_notes<D> begun{folder, what, 0};
   });
   const auto monitor = in_passes(options.monitor, cloud.steps().empty() ? 2 : 3);
-  const auto& survey = *cloud.survey();
-  const tile_options how{.memory = survey.memory, .threads = survey.threads};
   auto from = cloud;
   const auto pass = folder / "points";
   if (!cloud.steps().empty()) {

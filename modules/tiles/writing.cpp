@@ -2,9 +2,11 @@
 module;
 #include <algorithm>
 #include <concepts>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -28,17 +30,35 @@ namespace fs = std::filesystem;
 template <Scalar S, int D>
 std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_options& options) {
   const auto& survey = *cloud.survey();
-  std::string line = "cilantro tiles 1 unfinished, of " + std::to_string(survey.files.size()) +
-                     " files with " + std::to_string(survey.points) + " points from " +
-                     (survey.files.empty() ? "nowhere" : survey.files.front().path.string()) +
-                     ", edge " + in_digits(survey.edge) + ", " +
-                     (std::same_as<S, float> ? "float" : "double") + ", to " + options.format +
-                     ", steps:";
+  // Names, sizes and times of the files, as one number (FNV-1a).
+  std::uint64_t hash = 14695981039346656037u;
+  const auto take = [&](std::string_view text) {
+    for (const unsigned char c : text) hash = (hash ^ c) * 1099511628211u;
+  };
+  for (const auto& file : survey.files)
+    take(file.path.filename().string() + ' ' + std::to_string(file.bytes) + ' ' +
+         std::to_string(file.modified) + '\n');
+  std::string line =
+      "cilantro tiles 1, of " + std::to_string(survey.files.size()) + " files with " +
+      std::to_string(survey.points) + " points from " +
+      (survey.files.empty() ? "nowhere" : survey.files.front().path.filename().string()) +
+      ", file number " + std::to_string(hash) + ", edge " + in_digits(survey.edge) + ", " +
+      (std::same_as<S, float> ? "float" : "double") + ", to " + options.format + ", steps:";
   for (const auto& step : cloud.steps())
     line += " | " + step.name + " (" + in_digits(step.reach.distance) + ", " +
             std::to_string(step.reach.neighbors) + ")";
   std::ranges::replace_if(line, [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return line;
+}
+
+template <int D>
+bool is_complete(const process_group* ranks, const fs::path& folder, const std::string& what) {
+  bool is_so = false;
+  on_first_rank(ranks, [&] {
+    const auto index = read_index<D>(folder);
+    is_so = index && index->made == what && !has_notes(folder);
+  });
+  return gather_texts(ranks, is_so ? "yes" : "").front() == "yes";
 }
 
 std::unique_ptr<folder_lock> make_folder(const fs::path& folder, bool resume) {
@@ -92,6 +112,8 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   expect_same(ranks.get(), what);
   const auto& survey = *cloud.survey();
   const tile_options how{.memory = survey.memory, .threads = survey.threads};
+  if (options.resume && is_complete<D>(ranks.get(), folder, what))
+    return {open_tiles<S, D>(folder, how).survey(), {}, ranks};
   std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] { lock = make_folder(folder, options.resume); });
 
@@ -162,5 +184,7 @@ CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)
 CILANTRO_INSTANTIATE(double, 3)
 #undef CILANTRO_INSTANTIATE
+template bool is_complete<2>(const process_group*, const fs::path&, const std::string&);
+template bool is_complete<3>(const process_group*, const fs::path&, const std::string&);
 
 }  // namespace cilantro

@@ -216,6 +216,27 @@ TEST_CASE("points are moved after all steps that look around, and not before") {
                        doctest::Contains("after transform has moved them"), invalid_input);
 }
 
+namespace {
+struct lifted {
+  [[nodiscard]] static step_reach reach() { return {}; }
+  [[nodiscard]] static bool moves_points() { return true; }
+  point_cloud<float, 3> operator()(point_cloud<float, 3> cloud) const {
+    cloud.points.array() += 50;
+    return cloud;
+  }
+};
+}  // namespace
+
+TEST_CASE("a struct that moves points says so in a pipeline, too") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(100), folder / "ground.ply");
+  const auto survey = open_tiles<float>(folder / "ground.ply", {.edge = 20});
+  const auto normals = estimate_normals(knn{5});
+  CHECK_THROWS_AS((void)(survey | lifted{} | normals), invalid_input);
+  CHECK_THROWS_AS((void)(survey | step{lifted{}} | normals), invalid_input);
+  CHECK_THROWS_AS((void)(survey | (voxel_downsample(1) | lifted{} | normals)), invalid_input);
+}
+
 TEST_CASE("steps that look at the whole cloud, or write beside it, are refused by name") {
   const test::temporary_folder folder;
   write_ply(terrain<float>(500), folder / "ground.ply");

@@ -320,14 +320,39 @@ point_cloud<S, D> run_tile(const tile_survey<D>& survey, std::span<const tile_st
   return tile_run<S, D>{survey, steps, tile, halo, stop}();
 }
 
+namespace {
+
+/// How many points tiles have up to `margin` around one of them, if they are spread evenly in each:
+/// one with few may be beside one with many.
+template <int D>
+double points_around(const tile_survey<D>& survey, const tile_info& tile, double margin) {
+  constexpr double most_tiles = 16;
+  const double edges = margin / survey.edge;
+  if (edges > most_tiles) return double(survey.points);
+  const auto far = static_cast<std::int64_t>(std::ceil(edges));
+  const auto share = [&](std::int64_t from, std::int64_t to) {
+    return std::clamp(edges + 1 - double(std::abs(to - from)), 0.0, 1.0);
+  };
+  double points = 0;
+  for (auto x = tile.x - far; x <= tile.x + far; ++x)
+    for (auto at = std::ranges::lower_bound(survey.tiles, tile_key{x, tile.y - far}, {},
+                                            [](const tile_info& t) { return tile_key{t.x, t.y}; });
+         at != survey.tiles.end() && at->x == x && at->y <= tile.y + far; ++at)
+      points += double(at->points) * share(tile.x, x) * share(tile.y, at->y);
+  return points;
+}
+
+}  // namespace
+
 template <Scalar S, int D>
 std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
                         const tile_info& tile, double halo) {
   double margin = halo;
   for (const double more : first_margins<S, D>(survey, steps, tile)) margin += more;
   const double edge = survey.edge, with_margin = (edge + 2 * margin) / edge;
-  const double points =
-      std::min(double(tile.points) * with_margin * with_margin, double(survey.points));
+  const double points = std::min(std::max(double(tile.points) * with_margin * with_margin,
+                                          points_around(survey, tile, margin)),
+                                 double(survey.points));
   constexpr double of_readers = 3e6;
   const double bytes = points * bytes_per_point<S, D>(survey.parts) + of_readers;
   expects(bytes <= double(survey.memory),

@@ -157,6 +157,34 @@ TEST_CASE("what is written of equally near points is that of the whole") {
       grid | steps);
 }
 
+TEST_CASE("the memory of what surrounds a tile counts") {
+  const test::temporary_folder folder;
+  // A tile with many points, and one with a single point on each side.
+  auto ground = terrain<float>(30'000);
+  ground.points.row(0) = ground.points.row(0).unaryExpr([](float x) { return 5 + x / 100; });
+  ground.points.row(1) = ground.points.row(1).unaryExpr([](float y) { return 5 + y / 100; });
+  for (int i = 0; i < 9; ++i)
+    if (i != 4) ground.points.col(i) << float(i % 3 * 10 - 5), float(i / 3 * 10 - 5), 0;
+  write_ply(ground, folder / "ground.ply");
+  const auto survey =
+      open_tiles<float>(folder / "ground.ply", {.edge = 10, .memory = 15_MB, .threads = 8});
+  std::mutex mutex;
+  index_t now = 0, most = 0;
+  for_each_tile(survey, halo{9.9},
+                [&](auto& tile) {
+                  {
+                    const std::scoped_lock lock{mutex};
+                    most = std::max(most, now += tile.cloud.size());
+                  }
+                  (void)estimate_normals(tile.cloud, knn{5});
+                  const std::scoped_lock lock{mutex};
+                  now -= tile.cloud.size();
+                },
+                {.parallel = true});
+  CHECK(most >= 29'992);
+  CHECK(most <= 61'000);
+}
+
 TEST_CASE("a lambda within a reach, and a struct that says its reach, run on tiles") {
   const test::temporary_folder folder;
   write_ply(terrain<float>(5000), folder / "ground.ply");
@@ -186,6 +214,27 @@ TEST_CASE("points are moved after all steps that look around, and not before") {
   check_same((moved | estimate_normals(knn{9})).read(), moved.read() | estimate_normals(knn{9}));
   CHECK_THROWS_WITH_AS((void)(survey | shift | estimate_normals(knn{6})),
                        doctest::Contains("after transform has moved them"), invalid_input);
+}
+
+namespace {
+struct lifted {
+  [[nodiscard]] static step_reach reach() { return {}; }
+  [[nodiscard]] static bool moves_points() { return true; }
+  point_cloud<float, 3> operator()(point_cloud<float, 3> cloud) const {
+    cloud.points.array() += 50;
+    return cloud;
+  }
+};
+}  // namespace
+
+TEST_CASE("a struct that moves points says so in a pipeline, too") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(100), folder / "ground.ply");
+  const auto survey = open_tiles<float>(folder / "ground.ply", {.edge = 20});
+  const auto normals = estimate_normals(knn{5});
+  CHECK_THROWS_AS((void)(survey | lifted{} | normals), invalid_input);
+  CHECK_THROWS_AS((void)(survey | step{lifted{}} | normals), invalid_input);
+  CHECK_THROWS_AS((void)(survey | (voxel_downsample(1) | lifted{} | normals)), invalid_input);
 }
 
 TEST_CASE("steps that look at the whole cloud, or write beside it, are refused by name") {

@@ -190,7 +190,10 @@ TEST_CASE("a folder that is not empty is not written to") {
   CHECK_THROWS_AS((void)write_tiles(survey, folder.path()), invalid_input);
   (void)write_tiles(survey, folder / "t");
   CHECK_THROWS_AS((void)write_tiles(survey, folder / "t"), invalid_input);
-  CHECK_THROWS_AS((void)write_tiles(survey, folder / "t", {.resume = true}), invalid_input);
+  // Resuming what is complete gives what is there, and is refused for anything else.
+  CHECK(write_tiles(survey, folder / "t", {.resume = true}).size() == 1000);
+  CHECK_THROWS_AS((void)write_tiles(survey | voxel_downsample(1), folder / "t", {.resume = true}),
+                  invalid_input);
   CHECK_THROWS_AS((void)write_tiles(survey, folder / "a.ply"), io_error);
   CHECK_THROWS_AS((void)write_tiles(survey, folder / std::string(300, 'x')), io_error);
 }

@@ -147,7 +147,7 @@ TEST_CASE("an index with squares of another edge is an error") {
   write_ply(terrain<float>(2000), folder / "a.ply");
   (void)(open_tiles<float>(folder / "a.ply", {.edge = 10}) | write_tiles(folder / "t"));
   const auto index = text_of(folder / "t" / "tiles.index");
-  const auto at = index.find("edge 10");
+  const auto at = index.find("\nedge 10") + 1;
   for (const std::string edge : {"edge 7", "edge 1e-300", "edge 1000"}) {
     auto wrong = index;
     write_text_of(folder / "t" / "tiles.index", wrong.replace(at, 7, edge));

@@ -40,6 +40,13 @@ class tile_region {
       : lower_{lower}, upper_{upper} {}
 
   void add(const ball& more) { balls_.push_back(more); }
+  /// The balls alone.
+  [[nodiscard]] tile_region balls() const {
+    auto same = *this;
+    same.lower_.fill(std::numeric_limits<double>::infinity());
+    same.upper_.fill(-std::numeric_limits<double>::infinity());
+    return same;
+  }
 
   [[nodiscard]] bool is_everything() const {
     return std::isinf(lower_[0]) && std::isinf(lower_[1]) && std::isinf(upper_[0]) &&

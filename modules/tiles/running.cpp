@@ -114,7 +114,7 @@ class tile_run {
     auto known = region_before(0);
     auto loaded = load_region<S, D>(survey_, known, stop_);
     if (foresee(loaded.cloud)) {
-      const auto more = load_region<S, D>(survey_, region_before(0), stop_, &known);
+      const auto more = load_region<S, D>(survey_, region_before(0).balls(), stop_, &known);
       loaded = merged(std::move(loaded), more);
     }
     loaded.order = {};

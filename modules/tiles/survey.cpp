@@ -113,9 +113,10 @@ double bytes_per_point(const point_parts& parts) {
   for (const auto& [name, type] : parts.attributes)
     bytes += std::visit([](const auto& v) { return double(sizeof(*v.data())); },
                         values_of_type(type, 0));
-  // The cloud as it is read and put together or changed, and a tree with neighbourhoods beside it.
-  constexpr double of_a_tree = 64;
-  return 3 * bytes + 2 * D * sizeof(S) + of_a_tree;
+  // As measured: the points as they are read, put together and changed, a tree with neighbourhoods
+  // beside them, and what the allocator keeps.
+  constexpr double of_a_tree = 160;
+  return 8 * bytes + 2 * D * sizeof(S) + of_a_tree;
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                             \

@@ -133,7 +133,7 @@ void tile_cutter<S, D>::share_chunks() {
   for (const auto& text : all) {
     const auto first = chunks_.size();
     chunks_.resize(first + text.size() / sizeof(chunk));
-    std::memcpy(chunks_.data() + first, text.data(), text.size());
+    if (!text.empty()) std::memcpy(chunks_.data() + first, text.data(), text.size());
   }
   // What a rank has put aside of one file is in the order of that file.
   std::ranges::sort(chunks_, {}, [](const chunk& c) { return std::tuple{c.tile, c.file, c.at}; });

@@ -213,7 +213,7 @@ std::vector<T> gather_all(const process_group* ranks, const std::vector<T>& mine
        gather_texts(ranks, {reinterpret_cast<const char*>(bytes.data()), bytes.size()})) {
     const auto first = all.size();
     all.resize(first + text.size() / sizeof(T));
-    std::memcpy(all.data() + first, text.data(), text.size());
+    if (!text.empty()) std::memcpy(all.data() + first, text.data(), text.size());
   }
   return all;
 }

@@ -8,7 +8,6 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -126,15 +125,7 @@ void tile_cutter<S, D>::read_files(const std::map<tile_key, index_t>& wanted, in
 /// Tells all ranks where the others have put what.
 template <Scalar S, int D>
 void tile_cutter<S, D>::share_chunks() {
-  const auto bytes = std::as_bytes(std::span{chunks_});
-  const auto all =
-      gather_texts(ranks_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  chunks_.clear();
-  for (const auto& text : all) {
-    const auto first = chunks_.size();
-    chunks_.resize(first + text.size() / sizeof(chunk));
-    if (!text.empty()) std::memcpy(chunks_.data() + first, text.data(), text.size());
-  }
+  chunks_ = gather_all(ranks_, chunks_);
   // What a rank has put aside of one file is in the order of that file.
   std::ranges::sort(chunks_, {}, [](const chunk& c) { return std::tuple{c.tile, c.file, c.at}; });
   on_all_ranks(ranks_, [&] {

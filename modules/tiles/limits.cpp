@@ -3,7 +3,6 @@ module;
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -73,13 +72,11 @@ tile_step<S, D> keeping_noted(const tile_step<S, D>& step, double limit) {
 template <Scalar S, int D>
 distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_monitor& monitor) {
   const auto& survey = *cloud.survey();
-  std::vector<index_t> all(survey.tiles.size());
-  std::iota(all.begin(), all.end(), index_t{0});
   distance_statistics mine;
   std::mutex mutex;
   on_all_ranks(cloud.ranks().get(), [&] {
     run_all<D>(
-        survey, cloud.ranks().get(), all,
+        survey, cloud.ranks().get(), all_tiles(survey),
         [&](index_t t) { return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0); },
         [&](index_t t) {
           const auto points =

@@ -4,7 +4,9 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +20,20 @@ namespace cilantro {
 
 /// What each rank says, by rank; only what this one says if it is alone.
 std::vector<std::string> gather_texts(const process_group* ranks, std::string_view mine);
+
+/// What all ranks have, rank after rank.
+template <class T>
+std::vector<T> gather_all(const process_group* ranks, const std::vector<T>& mine) {
+  const auto bytes = std::as_bytes(std::span{mine});
+  std::vector<T> all;
+  for (const auto& text :
+       gather_texts(ranks, {reinterpret_cast<const char*>(bytes.data()), bytes.size()})) {
+    const auto first = all.size();
+    all.resize(first + text.size() / sizeof(T));
+    if (!text.empty()) std::memcpy(all.data() + first, text.data(), text.size());
+  }
+  return all;
+}
 
 /// Calls `f` on all ranks, or on the first alone, and waits for all. If it throws on one, each rank
 /// throws: that one the same, others what it was, as a `std::runtime_error`.

@@ -4,6 +4,7 @@
 module;
 #include <cstdint>
 #include <functional>
+#include <numeric>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -33,6 +34,14 @@ bool is_in_tile(const point_cloud<S, D>& cloud, index_t i, const tile_info& tile
 template <Scalar S, int D>
 std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
                         const tile_info& tile, double halo);
+
+/// The numbers of all tiles.
+template <int D>
+std::vector<index_t> all_tiles(const tile_survey<D>& survey) {
+  std::vector<index_t> all(survey.tiles.size());
+  std::iota(all.begin(), all.end(), index_t{0});
+  return all;
+}
 
 /// Calls `work(t)` for all `tiles`, which are numbers of those of the survey, by several threads,
 /// as far as the memory that `cost(t)` asks for is there; the largest ones first. Of `ranks`, each

@@ -6,7 +6,6 @@ module;
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <set>
 #include <utility>
 #include <vector>
@@ -22,12 +21,6 @@ import :survey;
 
 namespace cilantro {
 namespace {
-
-std::vector<index_t> all_numbers(index_t count) {
-  std::vector<index_t> all(static_cast<std::size_t>(count));
-  std::iota(all.begin(), all.end(), index_t{0});
-  return all;
-}
 
 /// The survey with the tiles that may have points only after steps that look `reach` around them,
 /// such as the mean of points in other tiles.
@@ -125,7 +118,7 @@ point_cloud<S, D> tiled_cloud<S, D>::read() const {
   const auto steps = with_limits<S, D>({survey_, steps_}, {});
   std::vector<point_cloud<S, D>> parts(survey.tiles.size());
   run_all<D>(
-      survey, nullptr, all_numbers(std::ssize(survey.tiles)),
+      survey, nullptr, all_tiles(survey),
       [&](index_t t) { return memory_of<S, D>(survey, steps, survey.tiles[t], 0); },
       [&](index_t t) { parts[t] = run_tile<S, D>(survey, steps, survey.tiles[t], 0, {}); }, {});
   for (std::size_t t = 1; t < parts.size(); ++t) parts[t].comments.clear();
@@ -181,8 +174,7 @@ void visit_tiles(const tiled_cloud<S, D>& cloud, double halo, const for_each_til
   auto one_at_a_time = survey;
   if (!options.parallel) one_at_a_time.threads = 1;
   on_all_ranks(cloud.ranks().get(), [&] {
-    run_all<D>(one_at_a_time, cloud.ranks().get(), all_numbers(std::ssize(survey.tiles)), cost,
-               visit, options.monitor);
+    run_all<D>(one_at_a_time, cloud.ranks().get(), all_tiles(survey), cost, visit, options.monitor);
   });
 }
 

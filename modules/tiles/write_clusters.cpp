@@ -3,7 +3,6 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -205,19 +204,6 @@ struct labels_place {
   std::uint64_t at = 0, count = 0;
 };
 
-template <class T>
-std::vector<T> gather_all(const process_group* ranks, const std::vector<T>& mine) {
-  const auto bytes = std::as_bytes(std::span{mine});
-  std::vector<T> all;
-  for (const auto& text :
-       gather_texts(ranks, {reinterpret_cast<const char*>(bytes.data()), bytes.size()})) {
-    const auto first = all.size();
-    all.resize(first + text.size() / sizeof(T));
-    if (!text.empty()) std::memcpy(all.data() + first, text.data(), text.size());
-  }
-  return all;
-}
-
 /// The clusters of a cloud without steps.
 template <Scalar S, int D>
 class cluster_writer {
@@ -256,15 +242,13 @@ class cluster_writer {
     std::vector<membership> at_border;
     std::vector<set_part> parts;
     std::vector<labels_place> places;
-    std::vector<index_t> all(survey_.tiles.size());
-    for (index_t t = 0; t < std::ssize(all); ++t) all[t] = t;
     std::mutex mutex;
     on_all_ranks(ranks_, [&] {
       scratch_[me] = std::make_unique<scratch_file>(scratch_of(me), true);
       const std::vector<tile_step<S, D>> reach{
           {"write_clusters", {.distance = 2 * rule_.radius}, false, false, {}}};
       run_all<D>(
-          survey_, ranks_, all,
+          survey_, ranks_, all_tiles(survey_),
           [&](index_t t) { return memory_of<S, D>(survey_, reach, survey_.tiles[t], 0); },
           [&](index_t t) {
             const auto found =

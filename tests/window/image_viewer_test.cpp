@@ -116,6 +116,7 @@ TEST_CASE("what is on the screen becomes a film, which ends when it is told or t
   }
   eventually(
       [&] { return std::chrono::steady_clock::now() - begin > std::chrono::milliseconds{300}; }, w);
+  REQUIRE(eventually([&] { return is_on_screen(w); }, w));
   w.stop_recording();
   CHECK_FALSE(w.is_recording());
   const auto frames = frames_of(folder / "film.y4m", 320, 200);

@@ -5,14 +5,23 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 seconds=${1:-60}
-targets=${*:2}
-for target in ${targets:-ply pcd las e57 ptx text matrix polytope triangulation warp}; do
-  scripts/build.sh asan-ubsan fuzz_"$target"
-  found=build/fuzz/$target
+read -ra targets <<< "${*:2}"
+[ ${#targets[@]} != 0 ] || targets=(ply pcd las e57 ptx text matrix polytope triangulation warp)
+
+fuzz() {
+  local target=$1 found=build/fuzz/$1
   mkdir -p "$found"
-  echo "$target:"
-  build/asan-ubsan/tests/fuzz/fuzz_"$target" -max_total_time="$seconds" -max_len=4096 -rss_limit_mb=1024 \
-    -timeout=5 -print_final_stats=1 -artifact_prefix="$found/" "$found" "tests/fuzz/corpus/$target" 2>&1 |
-    tee "build/fuzz-$target.log" | grep -E 'DONE|stat::|ERROR|SUMMARY|Test unit' ||
-    { tail -n 40 "build/fuzz-$target.log"; exit 1; }
-done
+  if build/asan-ubsan/tests/fuzz/fuzz_"$target" -max_total_time="$seconds" -max_len=4096 -rss_limit_mb=1024 \
+    -timeout=5 -print_final_stats=1 -artifact_prefix="$found/" "$found" "tests/fuzz/corpus/$target" \
+    > "build/fuzz-$target.log" 2>&1; then
+    printf '%s: %s inputs\n' "$target" "$(sed -n 's/^stat::number_of_executed_units: *//p' "build/fuzz-$target.log")"
+  else
+    tail -n 40 "build/fuzz-$target.log"
+    return 1
+  fi
+}
+export -f fuzz
+export seconds
+
+scripts/build.sh asan-ubsan "${targets[@]/#/fuzz_}"
+printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I{} bash -c 'fuzz {}'

@@ -82,9 +82,14 @@ TEST_CASE("frames of a simulated room lie within a voxel of the truth") {
 
 TEST_CASE("any two frames of a room that are called unique are where they should be") {
   const walk room{{0, 10, 25, 45, 70, 120}};
+#if __has_feature(address_sanitizer)
+  constexpr std::size_t frames = 3;
+#else
+  constexpr std::size_t frames = 6;
+#endif
   int unique = 0;
-  for (std::size_t i = 0; i < 6; ++i)
-    for (std::size_t j = 0; j < 6; ++j) {
+  for (std::size_t i = 0; i < frames; ++i)
+    for (std::size_t j = 0; j < frames; ++j) {
       if (i == j) continue;
       const auto found = align_globally(room.clouds[i], room.clouds[j],
                                         {.voxel = voxel,
@@ -95,8 +100,8 @@ TEST_CASE("any two frames of a room that are called unique are where they should
       const Eigen::Isometry3d truth = room.poses[j].inverse() * room.poses[i];
       CHECK((found.transform.translation().cast<double>() - truth.translation()).norm() < 0.2);
     }
-  MESSAGE(unique << " of 30 are unique");
-  CHECK(unique >= 4);
+  MESSAGE(unique << " of " << frames * (frames - 1) << " are unique");
+  CHECK(unique >= (frames == 6 ? 4 : 1));
 }
 
 TEST_CASE("scans that share nothing are in components of their own, with poses of their own") {

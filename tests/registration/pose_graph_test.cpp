@@ -190,7 +190,13 @@ TEST_CASE_TEMPLATE("a loop of exact edges is its own answer", T, test::d2, test:
   for (const auto& edge : found.edges) CHECK(edge.verdict == edge_verdict::kept);
 }
 
-TEST_CASE_TEMPLATE("noisy edges end where a dense reference ends", T, test::d2, test::d3) {
+// The reference is a minute's work under the sanitizers, and is not what they look at.
+#if __has_feature(address_sanitizer)
+#define REFERENCE_SPACES test::d2
+#else
+#define REFERENCE_SPACES test::d2, test::d3
+#endif
+TEST_CASE_TEMPLATE("noisy edges end where a dense reference ends", T, REFERENCE_SPACES) {
   constexpr int D = T::static_dimension;
   const auto truth = random_poses<D>(6);
   auto edges = loop<D>(truth, 0.05);

@@ -36,6 +36,11 @@ CILANTRO_ALWAYS_INLINE V larger(V a, V b) {
   return a > b ? a : b;
 }
 
+template <class V>
+CILANTRO_ALWAYS_INLINE V magnitude(V v) {
+  return v < 0 ? -v : v;
+}
+
 template <class V, class T>
 CILANTRO_ALWAYS_INLINE V load(const T* from) {
   V v;
@@ -65,6 +70,32 @@ CILANTRO_ALWAYS_INLINE void load_by_axis(const S* points, vec<S, width>* axes) {
   axes[0] = __builtin_shufflevector(x, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 17, 20, 23, 26, 29);
   axes[1] = __builtin_shufflevector(y, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 18, 21, 24, 27, 30);
   axes[2] = __builtin_shufflevector(z, c, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 16, 19, 22, 25, 28, 31);
+}
+
+/// Vectors of three coordinates, one in each lane.
+template <class V>
+struct triple {
+  V x, y, z;
+};
+template <class V>
+CILANTRO_ALWAYS_INLINE V dot(const triple<V>& a, const triple<V>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class V>
+CILANTRO_ALWAYS_INLINE triple<V> cross(const triple<V>& a, const triple<V>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class V>
+CILANTRO_ALWAYS_INLINE triple<V> operator-(const triple<V>& a, const triple<V>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class V>
+CILANTRO_ALWAYS_INLINE triple<V> operator*(const triple<V>& a, V by) {
+  return {a.x * by, a.y * by, a.z * by};
+}
+template <class V, class Comparison>
+CILANTRO_ALWAYS_INLINE triple<V> choose(Comparison c, const triple<V>& a, const triple<V>& b) {
+  return {c ? a.x : b.x, c ? a.y : b.y, c ? a.z : b.z};
 }
 
 /// Lane i of a comparison as bit i.

@@ -8,25 +8,7 @@ namespace {
 
 using lanes = vec<float, width>;
 using whole = vec<std::int32_t, width>;
-
-struct triple {
-  lanes x, y, z;
-};
-CILANTRO_ALWAYS_INLINE lanes dot(const triple& a, const triple& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-CILANTRO_ALWAYS_INLINE triple cross(const triple& a, const triple& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-CILANTRO_ALWAYS_INLINE triple scaled(const triple& a, lanes by) {
-  return {a.x * by, a.y * by, a.z * by};
-}
-CILANTRO_ALWAYS_INLINE triple choose(whole mask, const triple& a, const triple& b) {
-  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
-}
-CILANTRO_ALWAYS_INLINE lanes magnitude(lanes v) {
-  return v < 0 ? -v : v;
-}
+using direction = triple<lanes>;
 
 /// The bin of a value from −1 to 1.
 CILANTRO_ALWAYS_INLINE whole bin_of(lanes value) {
@@ -51,8 +33,8 @@ CILANTRO_ALWAYS_INLINE whole angle_bin(lanes x, lanes y) {
 
 void count_pairs(const surface_point* all, const surface_point& center, const std::int32_t* near,
                  std::ptrdiff_t count, bool oriented, std::int32_t* counts) {
-  const triple here{lanes(center.point[0]), lanes(center.point[1]), lanes(center.point[2])};
-  const triple normal{lanes(center.normal[0]), lanes(center.normal[1]), lanes(center.normal[2])};
+  const direction here{lanes(center.point[0]), lanes(center.point[1]), lanes(center.point[2])};
+  const direction normal{lanes(center.normal[0]), lanes(center.normal[1]), lanes(center.normal[2])};
   for (std::ptrdiff_t begin = 0; begin < count; begin += width) {
     const auto some = static_cast<int>(count - begin < width ? count - begin : width);
     float gathered[6][width];
@@ -64,25 +46,25 @@ void count_pairs(const surface_point* all, const surface_point& center, const st
         gathered[3 + d][i] = one.normal[d];
       }
     }
-    const triple there{load<lanes>(gathered[0]), load<lanes>(gathered[1]),
-                       load<lanes>(gathered[2])};
-    triple other{load<lanes>(gathered[3]), load<lanes>(gathered[4]), load<lanes>(gathered[5])};
-    if (!oriented) other = choose(dot(normal, other) < 0, scaled(other, lanes(-1)), other);
+    const direction there{load<lanes>(gathered[0]), load<lanes>(gathered[1]),
+                          load<lanes>(gathered[2])};
+    direction other{load<lanes>(gathered[3]), load<lanes>(gathered[4]), load<lanes>(gathered[5])};
+    if (!oriented) other = choose(dot(normal, other) < 0, other * lanes(-1), other);
 
-    triple way{there.x - here.x, there.y - here.y, there.z - here.z};
+    direction way = there - here;
     const lanes square = dot(way, way);
-    way = scaled(way, 1 / __builtin_elementwise_sqrt(square));
+    way = way * (1 / __builtin_elementwise_sqrt(square));
     // The pair is seen from the end whose normal is closer to the line between them.
     const lanes from_here = dot(normal, way), from_there = dot(other, way);
     const whole turned = magnitude(from_here) < magnitude(from_there);
-    const triple u = choose(turned, other, normal), o = choose(turned, normal, other);
-    way = choose(turned, scaled(way, lanes(-1)), way);
+    const direction u = choose(turned, other, normal), o = choose(turned, normal, other);
+    way = choose(turned, way * lanes(-1), way);
     const lanes phi = turned ? -from_there : from_here;
 
-    triple v = cross(way, u);
+    direction v = cross(way, u);
     const lanes slant = dot(v, v);
-    v = scaled(v, 1 / __builtin_elementwise_sqrt(slant));
-    const triple w = cross(u, v);
+    v = v * (1 / __builtin_elementwise_sqrt(slant));
+    const direction w = cross(u, v);
     // Comparisons with NaN, where points or directions coincide, are false.
     const whole counts_in = (square > 0) & (slant > 1e-12F) & (dot(other, other) > 0.5F);
     std::int32_t bins[3][width];

@@ -25,15 +25,7 @@ CILANTRO_ALWAYS_INLINE place at(const double* p) {
   return {p[0], p[1], p[2], 0};
 }
 
-struct direction {
-  planes x, y, z;
-};
-CILANTRO_ALWAYS_INLINE direction cross(direction a, direction b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-CILANTRO_ALWAYS_INLINE planes dot(direction a, direction b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
+using direction = triple<planes>;
 
 /// Symmetric matrices.
 struct matrices {
@@ -54,11 +46,10 @@ struct matrices {
       const planes length = dot(next, next);
       const auto is_longer = length > most;
       most = is_longer ? length : most;
-      longest = {is_longer ? next.x : longest.x, is_longer ? next.y : longest.y,
-                 is_longer ? next.z : longest.z};
+      longest = choose(is_longer, next, longest);
     }
     const planes scale = most > 0 ? 1 / root(most) : planes(0);
-    return {longest.x * scale, longest.y * scale, longest.z * scale};
+    return longest * scale;
   }
 };
 
@@ -94,9 +85,7 @@ CILANTRO_ALWAYS_INLINE least_directions find_least(const matrices& m) {
   direction normal = m.null_vector(smallest_eigenvalue(m));
   planes smallest = dot(normal, m.times(normal));
   const direction refined = m.null_vector(smallest);
-  const auto is_refined = dot(refined, refined) > 0;
-  normal = {is_refined ? refined.x : normal.x, is_refined ? refined.y : normal.y,
-            is_refined ? refined.z : normal.z};
+  normal = choose(dot(refined, refined) > 0, refined, normal);
   // If all extents are equal, any direction is as good.
   normal.z = dot(normal, normal) > 0 ? normal.z : planes(1);
   smallest = dot(normal, m.times(normal));
@@ -138,10 +127,6 @@ struct sums {
     }
   }
 };
-
-CILANTRO_ALWAYS_INLINE planes magnitude(planes x) {
-  return x < 0 ? -x : x;
-}
 
 /// Points on a line scatter around it by the rounding of their coordinates, and no less: a
 /// neighbourhood is a plane if its second extent is more than that.

@@ -3,11 +3,14 @@
 // Prints a hash of the bits of what the main functions give, a line each, for scripts/arm64.sh to
 // compare machines by: fingerprint [DEPTH_IMAGE]
 // What goes in is made of sums, products and square roots only, which every machine rounds alike.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <ranges>
@@ -276,6 +279,24 @@ void block_systems() {
   }
 }
 
+/// From files into files, by threads that take one tile after the other.
+void tiles() {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("cilantro-fingerprint-" + std::to_string(::getpid()));
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  point_cloud<double, 3> cloud{.points = 10 * still_life<double, 3>(20'000, 3, 1)};
+  write_ply(cloud, folder / "cloud.ply");
+  const auto survey = open_tiles<float>(folder / "cloud.ply", {.edge = 4});
+  const auto thin = survey | voxel_downsample(0.2) | remove_statistical_outliers() |
+                    estimate_normals(knn{10}) | write_tiles(folder / "thin");
+  const auto all = thin.read();
+  report("tiles, thinned, without outliers, with normals", hash{} << all.points << all.normals);
+  const auto clusters = thin | write_clusters(folder / "clusters", radius{0.3});
+  report("tiles, components", hash{} << clusters.read().attribute_as<std::int32_t>("cluster"));
+  std::filesystem::remove_all(folder);
+}
+
 template <class S, int D>
 void everything(const std::string& input, const point_matrix<S, D>& points, double edge) {
   search_and_geometry<S, D>(input, points, edge);
@@ -298,6 +319,7 @@ int main(int count, char** arguments) try {
   everything<double, dynamic>("still life of 30", still_life<double, dynamic>(2'000, 30, 1), 0.07);
   embedding();
   block_systems();
+  tiles();
   pictures();
   if (count > 1) {
     const pinhole_camera<double> camera{640, 480, 585, 585, 320, 240};

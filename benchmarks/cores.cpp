@@ -43,6 +43,7 @@ struct section {
 
 std::vector<section> sections;
 bool in_section = false, is_measuring = false;
+double counting = 0;  // What this program itself takes between sections.
 
 /// How long blocks take if each goes to the thread that is free first.
 double span_of(const std::vector<double>& blocks, int threads) {
@@ -90,11 +91,13 @@ bool wrapped_run_blocks(const detail::block_job& job) {
   in_section = true;
   const double begin = milliseconds();
   const bool finished = real_run_blocks(alone);
-  section now{milliseconds() - begin, {}};
+  const double end = milliseconds();
+  section now{end - begin, {}};
   in_section = false;
   for (std::size_t t = 0; t < thread_counts.size(); ++t)
     now.many[t] = span_of(timed.blocks, thread_counts[t]);
   sections.push_back(now);
+  counting += milliseconds() - end;
   return finished;
 }
 
@@ -155,10 +158,11 @@ int main(int argc, char** argv) {
       step(1);
       one = std::min(one, milliseconds() - begin);
       sections.clear();
+      counting = 0;
       is_measuring = true;
       begin = milliseconds();
       step(thread_counts.back());
-      const double took = milliseconds() - begin;
+      const double took = milliseconds() - begin - counting;
       is_measuring = false;
       if (took >= whole) continue;
       whole = serial = took;

@@ -54,6 +54,7 @@ set(CPACK_DEBIAN_MPI_DESCRIPTION
 set(CPACK_DEBIAN_MPI_PACKAGE_NAME libcilantro-mpi-dev)
 set(CPACK_DEBIAN_MPI_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "libcilantro-dev (= ${PROJECT_VERSION}), libopenmpi-dev")
+set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
 
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
   "Point clouds on the command line\nShows, converts, filters, aligns and segments point clouds in PLY, PCD and text files.")

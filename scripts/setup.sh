@@ -4,6 +4,7 @@
 #   scripts/setup.sh run        what the library and the quickstart need
 #   scripts/setup.sh test       that, and what the tests need
 #   scripts/setup.sh check      that, and what formatting, the sanitizers and fuzzing need
+#   scripts/setup.sh package    what the library, its components and the program need, and what makes Debian packages of them
 #   scripts/setup.sh benchmark  what the library and the benchmarks need, without the peers
 #   scripts/setup.sh site       what the site of documentation is built with, which is not the library
 #   scripts/setup.sh arm64      what tests need, and what building and running them for arm64 needs
@@ -35,15 +36,21 @@ nlohmann-json3-dev|JSON, for what that program prints
 python3-minimal|runs the checks of the source tree and of the documentation
 valgrind|counts instructions of the main steps
 '
+packages_for_components='
+libglfw3-dev|GLFW, for windows on the screen
+libgl-dev|the headers of OpenGL, for the same
+libegl-dev|those of EGL, by which graphics cards draw without a display
+libopenmpi-dev|Open MPI, for ranks on several machines
+'
+packages_to_package='
+file|tells programs from texts
+dpkg-dev|finds out which packages a program needs
+'
 packages_to_check='
 clang-format-22|clang-format, which says whether a file is formatted
 clang-tidy-22|clang-tidy, which finds what a compiler does not see
 libclang-rt-22-dev|the run-time libraries of the sanitizers and of the fuzzer
-libglfw3-dev|GLFW, for windows on the screen
-libgl-dev|the headers of OpenGL, for the same
-libegl-dev|those of EGL, by which graphics cards draw without a display
 libgl1-mesa-dri|a driver of OpenGL for machines without a graphics card, on which windows are tested
-libopenmpi-dev|Open MPI, for ranks on several machines
 openmpi-bin|mpirun, which starts them in tests
 xvfb|a display that nobody sees, for the same
 xdotool|a mouse and keys that nobody touches, for the same
@@ -68,11 +75,12 @@ mode=${1:-run}
 case $mode in
   run) wanted=$packages_to_run ;;
   test) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark ;;
-  check) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_to_check ;;
+  check) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_for_components$packages_to_check ;;
+  package) wanted=$packages_to_run$packages_to_test$packages_for_components$packages_to_package ;;
   benchmark) wanted=$packages_to_run$packages_to_benchmark$packages_to_test_and_benchmark ;;
   arm64) wanted=$packages_to_run$packages_to_test$packages_to_test_and_benchmark$packages_for_arm64 ;;
   site) wanted=$packages_for_site ;;
-  *) fail "usage: scripts/setup.sh run|test|check|benchmark|site|arm64" ;;
+  *) fail "usage: scripts/setup.sh run|test|check|package|benchmark|site|arm64" ;;
 esac
 
 is_installed() {

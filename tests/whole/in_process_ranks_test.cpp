@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 
 #include "spaces.hpp"
 

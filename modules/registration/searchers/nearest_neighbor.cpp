@@ -100,6 +100,15 @@ void track_one_by_one(const kd_tree<S, D>& tree, points_view<S, D> points,
   known.is_known = true;
 }
 
+/// By all threads, since memory that is new costs more than what is written to it.
+template <class T>
+void fill(buffer<T>& all, T value, int threads) {
+  parallel_blocks(std::ssize(all), 1 << 16, {.threads = threads},
+                  [&](index_t, index_t begin, index_t end) {
+                    std::fill(all.begin() + begin, all.begin() + end, value);
+                  });
+}
+
 template <Scalar S, int D>
 detail::track_kernel<S>& track_kernel() {
   return *detail::for_target(static_cast<int>(current_vector_target()),
@@ -123,8 +132,9 @@ void track_in_blocks(const kd_tree<S, D>& tree, points_view<S, D> points,
   known.distances.resize(queries.size());
   if (!known.is_known) {
     // Those that are not finite are in no block.
-    known.nearest.assign(known.distances.size(), -1);
-    std::ranges::fill(known.places, S(0));
+    known.nearest.resize(known.distances.size());
+    fill(known.nearest, -1, threads);
+    fill(known.places, S(0), threads);
   }
   const detail::track_search<S> search{detail::blocks_of<S>(tree.nodes()),
                                        points.data(),

@@ -45,6 +45,7 @@ export namespace std {
 using std::allocator;
 using std::array;
 using std::atomic_ref;
+using std::bad_array_new_length;
 using std::basic_string;
 using std::byte;
 using std::exception_ptr;

@@ -6,6 +6,7 @@ export module cilantro.core;
 
 export import cilantro.eigen;
 export import :error;
+export import :buffer;
 export import :indexed_iterator;
 export import :points_view;
 export import :points;

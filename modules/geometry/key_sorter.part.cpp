@@ -7,6 +7,7 @@ module;
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -144,7 +145,8 @@ class key_sorter {
   template <class WriteKeys>
   void find_runs(index_t points, WriteKeys write_keys) {
     count_.resize(static_cast<std::size_t>((points + default_block_size - 1) / default_block_size));
-    runs_.resize(points);
+    room_ = std::make_unique_for_overwrite<key_run<Key>[]>(static_cast<std::size_t>(points));
+    runs_ = {room_.get(), static_cast<std::size_t>(points)};
     parallel_blocks(points, default_block_size, how_, [&](index_t b, index_t begin, index_t end) {
       std::array<Key, default_block_size> keys;
       write_keys(begin, end, keys.data());
@@ -202,10 +204,10 @@ class key_sorter {
     buffer<key_run<Key>> other(total);
     key_run<Key>* const to = other.data();
     each_run([to](std::size_t& place, const key_run<Key>& run) { to[place++] = run; });
-    runs_.resize(total);
+    runs_ = runs_.first(total);
     for_each_part([&](std::size_t part) {
       const auto size = parts_[part + 1] - parts_[part];
-      const auto runs = std::span{runs_}.subspan(parts_[part], size);
+      const auto runs = runs_.subspan(parts_[part], size);
       const auto sorted = std::span{other}.subspan(parts_[part], size);
       if (!radix_sort(sorted, runs, rest)) std::ranges::copy(sorted, runs.begin());
     });
@@ -221,7 +223,10 @@ class key_sorter {
   static constexpr index_t least_chunk = 32, most_chunks = 64;
 
   const execution& how_;
-  buffer<key_run<Key>> runs_;
+  // Of what there is room for, little is written where runs are long, so it is no `buffer`: large
+  // pages are cleared whole.
+  std::unique_ptr<key_run<Key>[]> room_;
+  std::span<key_run<Key>> runs_;
   std::vector<std::size_t> count_;  ///< How many runs each block of points has, at first.
   std::vector<std::size_t> parts_;  ///< Where each part begins, and where the last ends.
 };

@@ -73,28 +73,6 @@ export class neighborhood_spec {
   double max_distance_;
 };
 
-/// An allocator that leaves new elements of a trivial type uninitialised, for memory that will be
-/// written at once.
-export template <class T>
-struct uninitialized_allocator : std::allocator<T> {
-  template <class U>
-  struct rebind {
-    using other = uninitialized_allocator<U>;
-  };
-  template <class U>
-  void construct(U* p) noexcept {
-    ::new (static_cast<void*>(p)) U;
-  }
-  template <class U, class... Args>
-  void construct(U* p, Args&&... args) {
-    std::construct_at(p, std::forward<Args>(args)...);
-  }
-};
-
-/// A `std::vector` whose `resize` does not initialise the elements that it adds.
-export template <class T>
-using buffer = std::vector<T, uninitialized_allocator<T>>;
-
 /// The neighbours of one query, by ascending distance and then index: a random-access range of
 /// `neighbor<S>` over two arrays that it does not own. To project, use `indices()` and
 /// `distances()`.

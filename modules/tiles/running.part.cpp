@@ -19,11 +19,16 @@ import :tiled_cloud;
 
 namespace cilantro {
 
+/// Whether the points of a tile are given their places in the order of the whole, as far as these
+/// are known: see `first_with_places`.
+enum class place_notes { none, kept };
+
 /// A tile after all steps: the points in its square, or, if `halo` is positive, also those at most
 /// that far away.
 template <Scalar S, int D>
 point_cloud<S, D> run_tile(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
-                           const tile_info& tile, double halo, const std::stop_token& stop);
+                           const tile_info& tile, double halo, const std::stop_token& stop,
+                           place_notes places = place_notes::none);
 
 /// Whether a point is in the square of a tile.
 template <Scalar S, int D>

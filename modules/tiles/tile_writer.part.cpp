@@ -26,6 +26,7 @@ import cilantro.io;
 import :communicator;
 import :cutting;
 import :index_file;
+import :places;
 import :ranks;
 import :running;
 import :survey;
@@ -39,7 +40,8 @@ namespace cilantro {
 template <Scalar S, int D>
 std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_options& options);
 
-/// `write_tiles`; if `is_local`, coordinates are written without the origin, and keep all digits.
+/// `write_tiles`; if `is_local`, points are put aside for another pass, and keep all digits and,
+/// if they are known, their places.
 template <Scalar S, int D>
 tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud,
                                  const std::filesystem::path& folder, bool is_local,
@@ -109,7 +111,8 @@ class tile_writer {
           [&](index_t t) {
             keep(t, make     ? make(t)
                     : cutter ? cutter->tile(t)
-                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop));
+                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop,
+                                              is_local_ ? place_notes::kept : place_notes::none));
           },
           monitor);
     });
@@ -131,7 +134,10 @@ class tile_writer {
     survey_file<D> file;
     file.path = folder_ / name_of_tile(t);
     describe_points(points, survey_.edge, is_local_, file);
-    if (is_local_) points.origin.setZero();
+    if (is_local_) {
+      put_aside(points);
+      points.origin.setZero();
+    }
     if (!points.empty()) {
       write_cloud(points, file.path);
       std::error_code error;

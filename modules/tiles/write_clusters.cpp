@@ -35,7 +35,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A point of the survey: its number in the order of the files.
+/// A point of the survey: its place in the order of the whole.
 using point_number = std::uint64_t;
 constexpr point_number nobody = std::numeric_limits<point_number>::max();
 
@@ -246,7 +246,7 @@ class cluster_writer {
     on_all_ranks(ranks_, [&] {
       scratch_[me] = std::make_unique<scratch_file>(scratch_of(me), true);
       const std::vector<tile_step<S, D>> reach{
-          {"write_clusters", {.distance = 2 * rule_.radius}, false, false, {}}};
+          {"write_clusters", {.distance = 2 * rule_.radius}}};
       run_all<D>(
           survey_, ranks_, all_tiles(survey_),
           [&](index_t t) { return memory_of<S, D>(survey_, reach, survey_.tiles[t], 0); },

@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16,6 +17,7 @@ import cilantro.eigen;
 import :communicator;
 import :index_file;
 import :limits;
+import :places;
 import :ranks;
 import :survey;
 import :tile_writer;
@@ -24,6 +26,20 @@ namespace cilantro {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether points that are written down by tile after the first step that measures, without their
+/// places, would be others after the steps behind it: where these look around, the order decides
+/// which of equally near points they take, and how sums are rounded.
+template <Scalar S, int D>
+bool order_decides(const tiled_cloud<S, D>& cloud) {
+  const std::span steps{cloud.steps()};
+  const auto next = std::ranges::find_if(steps, is_measuring<S, D>);
+  if (first_with_places(*cloud.survey(), steps.first(std::size_t(next - steps.begin()))))
+    return false;
+  return std::any_of(next + 1, steps.end(), [](const tile_step<S, D>& step) {
+    return step.reach != step_reach{} && !step.measure;
+  });
+}
 
 }  // namespace
 
@@ -117,25 +133,19 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] { lock = make_folder(folder, options.resume); });
 
-  const auto measures = [](const tile_step<S, D>& step) { return bool(step.measure); };
-  const auto measuring = std::ranges::count_if(cloud.steps(), measures);
+  const auto measuring = std::ranges::count_if(cloud.steps(), is_measuring<S, D>);
   const auto monitor = in_passes(options.monitor, static_cast<int>(2 * measuring + 1));
-  // Points that are written down come back by tile. Where a step looks around after that, the order
-  // may decide: which of equally near points it takes, and how sums are rounded.
-  const auto& steps = cloud.steps();
-  const auto ordered = std::find_if(steps.rbegin(), steps.rend(), [](const tile_step<S, D>& step) {
-                         return step.reach != step_reach{} && !step.measure;
-                       }).base();
-  auto decided = with_limits<S, D>({cloud.survey(), {steps.begin(), ordered}, ranks}, monitor);
-  decided.insert(decided.end(), ordered, steps.end());
-  // What any other step measures is written down with the points, and kept by in the pass after it.
-  tiled_cloud<S, D> from{cloud.survey(), std::move(decided), ranks};
+  auto from = cloud;
   std::vector<fs::path> passes;
-  while (true) {
-    auto rest = from.steps();
-    const auto next = std::ranges::find_if(rest, measures);
-    if (next == rest.end()) break;
-    std::vector<tile_step<S, D>> before{rest.begin(), next};
+  while (std::ranges::any_of(from.steps(), is_measuring<S, D>)) {
+    if (order_decides(from)) {
+      from = {from.survey(), with_first_limit(from, monitor), ranks};
+      continue;
+    }
+    // What the step measures is written down with the points, and kept by in the pass after it.
+    const auto& steps = from.steps();
+    const auto next = std::ranges::find_if(steps, is_measuring<S, D>);
+    std::vector<tile_step<S, D>> before{steps.begin(), next};
     before.push_back(noting(*next));
     const auto pass = folder / ("pass-" + std::to_string(passes.size() + 1));
     passes.push_back(pass);
@@ -146,16 +156,16 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       fs::create_directories(pass, failure);
       if (failure) throw io_error{pass, "cannot be made: " + failure.message()};
     });
-    std::error_code error;
-    if (!fs::exists(pass / index_name, error))
+    const auto noting_what = what + ", put aside with what " + next->name + " measures";
+    if (!is_complete<D>(ranks.get(), pass, noting_what))
       tile_writer<S, D>{
-          {from.survey(), std::move(before), ranks}, pass, what, true, options, monitor}
+          {from.survey(), std::move(before), ranks}, pass, noting_what, true, options, monitor}
           .write();
     const auto written = open_tiles<S, D>(pass, how);
     const tiled_cloud<S, D> noted{written.survey(), {}, ranks};
     std::vector<tile_step<S, D>> after{
         keeping_noted(*next, next->limit(noted_statistics(noted, monitor)))};
-    after.insert(after.end(), next + 1, rest.end());
+    after.insert(after.end(), next + 1, steps.end());
     from = {written.survey(), std::move(after), ranks};
   }
   tile_writer<S, D>{from, folder, what, is_local, options, monitor}.write();

@@ -77,7 +77,7 @@ distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_
   std::mutex mutex;
   on_all_ranks(cloud.ranks().get(), [&] {
     run_all<D>(
-        survey, cloud.ranks().get(), all_tiles(survey),
+        survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
         [&](index_t t) { return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0); },
         [&](index_t t) {
           const auto points =

@@ -151,13 +151,13 @@ std::vector<std::uint64_t> take_back(point_cloud<S, D>& cloud) {
   return places;
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                                \
-  template std::optional<std::size_t> first_with_places(const tile_survey<D>&,                    \
-                                                        std::span<const tile_step<S, D>>);        \
-  template void set_places_by_cell(point_cloud<S, D>&, const tile_survey<D>&,                     \
-                                   const cell_layout_of<D>&);                                     \
-  template void set_places(point_cloud<S, D>&, std::vector<std::uint64_t>);                       \
-  template void put_aside(point_cloud<S, D>&);                                                    \
+#define CILANTRO_INSTANTIATE(S, D)                                                         \
+  template std::optional<std::size_t> first_with_places(const tile_survey<D>&,             \
+                                                        std::span<const tile_step<S, D>>); \
+  template void set_places_by_cell(point_cloud<S, D>&, const tile_survey<D>&,              \
+                                   const cell_layout_of<D>&);                              \
+  template void set_places(point_cloud<S, D>&, std::vector<std::uint64_t>);                \
+  template void put_aside(point_cloud<S, D>&);                                             \
   template std::vector<std::uint64_t> take_back(point_cloud<S, D>&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)

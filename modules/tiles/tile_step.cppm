@@ -154,10 +154,10 @@ void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
     static_assert(keeps_type<Step, point_cloud<S, D>>,
                   "a step on tiles must accept the clouds of the tiles and return the same type");
     if constexpr (SaysReach<Step> && keeps_type<Step, point_cloud<S, D>>)
-      steps.push_back(
-          {name_of(next), next.reach(), moves_points_of(next), writes_outside_of(next),
-           order_of<S, D>(next),
-           [step = for_tiles(next)](point_cloud<S, D>&& cloud) { return step(std::move(cloud)); }});
+      steps.push_back({name_of(next), next.reach(), moves_points_of(next), writes_outside_of(next),
+                       order_of<S, D>(next), [step = for_tiles(next)](point_cloud<S, D>&& cloud) {
+                         return step(std::move(cloud));
+                       }});
   }
 }
 

@@ -2,6 +2,7 @@
 module;
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -21,6 +22,7 @@ import :places;
 import :ranks;
 import :survey;
 import :tile_writer;
+import :work_folder;
 
 namespace cilantro {
 namespace {
@@ -67,50 +69,6 @@ std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_opt
   return line;
 }
 
-template <int D>
-bool is_complete(const process_group* ranks, const fs::path& folder, const std::string& what) {
-  bool is_so = false;
-  on_first_rank(ranks, [&] {
-    const auto index = read_index<D>(folder);
-    is_so = index && index->made == what && !has_notes(folder);
-  });
-  return gather_texts(ranks, is_so ? "yes" : "").front() == "yes";
-}
-
-std::unique_ptr<folder_lock> make_folder(const fs::path& folder, bool resume) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (std::error_code ignored; !fs::is_directory(folder, ignored))
-    throw io_error{folder, "is no folder, and cannot be made one" +
-                               (error ? ": " + error.message() : std::string{})};
-  const bool is_unfinished = has_notes(folder);
-  const auto expect_incomplete = [&] {
-    if (fs::exists(folder / index_name, error))
-      throw invalid_input{"write_tiles: \"" + folder.string() +
-                          "\" has tiles already, and they are complete"};
-  };
-  expect_incomplete();
-  if (is_unfinished && !resume)
-    throw invalid_input{"write_tiles: \"" + folder.string() +
-                        "\" has tiles of a run that was interrupted: go on with {.resume = true}, "
-                        "or remove the folder"};
-  const fs::directory_iterator content{folder, error};
-  if (error) throw io_error{folder, "cannot be read: " + error.message()};
-  if (!is_unfinished && content != fs::directory_iterator{})
-    throw invalid_input{"write_tiles: \"" + folder.string() + "\" is not empty"};
-  auto lock = std::make_unique<folder_lock>(folder);
-  expect_incomplete();  // Another process may just have let go of it.
-  return lock;
-}
-
-void remove_parts(const fs::path& folder) {
-  std::error_code error;
-  for (fs::directory_iterator at{folder, error}, end; !error && at != end; at.increment(error)) {
-    std::error_code ignored;
-    if (at->path().extension() == ".part") fs::remove(at->path(), ignored);
-  }
-}
-
 void expect_same(const process_group* ranks, const std::string& what) {
   for (auto& text : gather_texts(ranks, what))
     if (text != what)
@@ -136,7 +94,7 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   const auto measuring = std::ranges::count_if(cloud.steps(), is_measuring<S, D>);
   const auto monitor = in_passes(options.monitor, static_cast<int>(2 * measuring + 1));
   auto from = cloud;
-  std::vector<fs::path> passes;
+  std::size_t passes = 0;
   while (std::ranges::any_of(from.steps(), is_measuring<S, D>)) {
     if (order_decides(from)) {
       from = {from.survey(), with_first_limit(from, monitor), ranks};
@@ -147,8 +105,7 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
     const auto next = std::ranges::find_if(steps, is_measuring<S, D>);
     std::vector<tile_step<S, D>> before{steps.begin(), next};
     before.push_back(noting(*next));
-    const auto pass = folder / ("pass-" + std::to_string(passes.size() + 1));
-    passes.push_back(pass);
+    const auto pass = pass_folder(folder, ++passes);
     on_first_rank(ranks.get(), [&] {
       // Until there is something in it, that is how the folder is seen to be unfinished.
       const tile_notes<D> begun{folder, what, 0};
@@ -169,10 +126,7 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
     from = {written.survey(), std::move(after), ranks};
   }
   tile_writer<S, D>{from, folder, what, is_local, options, monitor}.write();
-  on_first_rank(ranks.get(), [&] {
-    std::error_code ignored;
-    for (const auto& pass : passes) fs::remove_all(pass, ignored);
-  });
+  on_first_rank(ranks.get(), [&] { remove_leftovers(folder); });
   const auto written = open_tiles<S, D>(folder, how);
   return {written.survey(), {}, ranks};
 }
@@ -194,7 +148,5 @@ CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)
 CILANTRO_INSTANTIATE(double, 3)
 #undef CILANTRO_INSTANTIATE
-template bool is_complete<2>(const process_group*, const fs::path&, const std::string&);
-template bool is_complete<3>(const process_group*, const fs::path&, const std::string&);
 
 }  // namespace cilantro

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
 // What steps before a limit of all points give is put aside by tile, and must come back in the
-// order of the whole: where points are equally near, and where sums are rounded, that order decides.
+// order of the whole: where points are equally near, and where sums are rounded, that order
+// decides.
 #include <doctest/doctest.h>
 #include <cstdint>
 #include <filesystem>
@@ -90,10 +91,9 @@ TEST_CASE_TEMPLATE("voxels, outliers and normals that are written are those of t
     check_written(cloud, voxel_downsample(Eigen::Vector3d{2, 1.25, 0.75},
                                           {.origin = Eigen::Vector3d{0.3, -0.4, 0.1}}) |
                              remove_statistical_outliers() | voxel_downsample(2.5));
-    check_written(cloud,
-                  voxel_downsample(1.5, {.pick = voxel_representative::nearest_to_center}) |
-                      remove_statistical_outliers() |
-                      estimate_normals(radius{3}, {.ascending = true}));
+    check_written(cloud, voxel_downsample(1.5, {.pick = voxel_representative::nearest_to_center}) |
+                             remove_statistical_outliers() |
+                             estimate_normals(radius{3}, {.ascending = true}));
   }
 }
 
@@ -167,10 +167,10 @@ TEST_CASE("a run that is stopped in any of its passes goes on to the bits of the
     const auto look = [&](double share) {
       if (share >= 0.05 * k) stop.request_stop();
     };
-    CHECK_THROWS_AS((void)(survey | steps |
-                           write_tiles(out, {.monitor = {.progress = look,
-                                                         .stop = stop.get_token()}})),
-                    cancelled);
+    CHECK_THROWS_AS(
+        (void)(survey | steps |
+               write_tiles(out, {.monitor = {.progress = look, .stop = stop.get_token()}})),
+        cancelled);
     check_same((survey | steps | write_tiles(out, {.resume = true})).read(), expected);
     for (const auto& entry : fs::directory_iterator{out})
       CHECK((entry.path().extension() == ".ply" || entry.path().filename() == "tiles.index"));
@@ -189,12 +189,12 @@ TEST_CASE("points in two dimensions are put aside in their places, too") {
   const auto whole = survey.read_box(survey.bounds()) | steps;
   CHECK((in_order.read().points == whole.points));
   CHECK((in_order.read().normals == whole.normals));
-  const auto by_tile = open_tiles<float, 2>(folder / "a.ply", {.edge = 6}) | steps |
-                       write_tiles(folder / "many");
+  const auto by_tile =
+      open_tiles<float, 2>(folder / "a.ply", {.edge = 6}) | steps | write_tiles(folder / "many");
   const auto tile = by_tile.tiles()[5];
-  const auto expected = crop(whole, box{.lower = {double(tile.x) * 6, double(tile.y) * 6},
-                                        .upper = {double(tile.x) * 6 + 5.99999,
-                                                  double(tile.y) * 6 + 5.99999}});
+  const auto expected =
+      crop(whole, box{.lower = {double(tile.x) * 6, double(tile.y) * 6},
+                      .upper = {double(tile.x) * 6 + 5.99999, double(tile.y) * 6 + 5.99999}});
   CHECK((by_tile.read_tile(5).points == expected.points));
   CHECK((by_tile.read_tile(5).normals == expected.normals));
 }

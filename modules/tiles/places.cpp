@@ -30,25 +30,22 @@ constexpr std::array color_names{"cilantro_red", "cilantro_green", "cilantro_blu
 template <int D>
 class cell_numbers {
  public:
-  /// Of all cells that points of the survey may be in. Nothing if these have too many coordinates.
+  /// Of all cells that points of the survey may be in. Nothing if these are too many.
   static std::optional<cell_numbers> of(const tile_survey<D>& survey,
                                         const cell_layout_of<D>& cells) {
     cell_numbers numbers{cells};
-    // The bits of a number of this size are those of a double, too, and not one that is no number.
-    constexpr int most_bits = 62;
-    int bits = 0;
+    double all = 1;
     for (int d = 0; d < D && !survey.bounds.empty(); ++d) {
       const auto cell_of = [&](double x) {
         return std::floor((x - cells.corner[d]) / cells.edges[d]);
       };
       // Bounds were not rounded as the points of a cloud are.
       numbers.low_[d] = cell_of(survey.bounds.lower[d]) - 1;
-      numbers.most_[d] = cell_of(survey.bounds.upper[d]) + 1 - numbers.low_[d];
-      if (!(numbers.most_[d] < 0x1p53) || std::abs(numbers.low_[d]) >= 0x1p53) return std::nullopt;
-      numbers.bits_[d] = std::bit_width(static_cast<std::uint64_t>(numbers.most_[d]));
-      bits += numbers.bits_[d];
+      numbers.count_[d] = cell_of(survey.bounds.upper[d]) + 2 - numbers.low_[d];
+      all *= numbers.count_[d];
     }
-    if (bits > most_bits) return std::nullopt;
+    // The bits of a number below this are those of a double, too, and not one that is no number.
+    if (!(all < 0x1p62)) return std::nullopt;
     return numbers;
   }
 
@@ -63,8 +60,9 @@ class cell_numbers {
         const double cell =
             std::floor((double(cloud.points(d, i)) - corner[d]) / cells_.edges[d]) - low_[d];
         // A point that is not finite is in no cell, whatever its number.
-        const double within = cell >= 0 ? std::min(cell, most_[d]) : 0;
-        number = number << bits_[d] | static_cast<std::uint64_t>(within);
+        const double within = cell >= 0 ? std::min(cell, count_[d] - 1) : 0;
+        number =
+            number * static_cast<std::uint64_t>(count_[d]) + static_cast<std::uint64_t>(within);
       }
       all[i] = number;
     }
@@ -75,8 +73,7 @@ class cell_numbers {
   explicit cell_numbers(const cell_layout_of<D>& cells) : cells_{cells} {}
 
   cell_layout_of<D> cells_;
-  std::array<double, D> low_{}, most_{};  ///< The first cell, and how far the last is from it.
-  std::array<int, D> bits_{};
+  std::array<double, D> low_{}, count_{};  ///< The first cell along each axis, and how many.
 };
 
 template <Scalar S, int D>

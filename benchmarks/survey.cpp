@@ -3,10 +3,13 @@
 // A survey that is larger than memory: made up, cut into tiles, and sent through steps.
 //
 //   survey_cilantro make FOLDER POINTS [SEED]   flight strips over hills, houses and trees, as LAS
-//   files survey_cilantro tile FILES OUT MEMORY_MB    cuts them into tiles survey_cilantro run
-//   TILES OUT MEMORY_MB     voxels, outliers and normals, tile by tile survey_cilantro whole FILES
-//   the same steps of all points at once, in memory survey_cilantro hash OUT                    the
-//   hash of what `run` wrote, to compare with that of `whole`
+//   survey_cilantro tile FILES OUT MEMORY_MB    cuts them into tiles
+//   survey_cilantro run TILES OUT MEMORY_MB     voxels, outliers and normals, tile by tile
+//   survey_cilantro whole FILES [OUT.ply]       the same steps of all points at once, in memory;
+//                                               with a file, the time is also that of reading and
+//                                               writing, as that of `run` is
+//   survey_cilantro hash OUT                    the hash of what `run` wrote, to compare with that
+//                                               of `whole`
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -158,11 +161,15 @@ int run(int argc, char** argv) {
     const auto result = survey | steps() | write_tiles(argv[3]);
     all.report("processed", survey.size());
     std::printf("%llu points are left\n", static_cast<unsigned long long>(result.size()));
-  } else if (what == "whole" && argc == 3) {
+  } else if (what == "whole" && (argc == 3 || argc == 4)) {
     const auto cloud = open_tiles<float>(argv[2]).read();
     const measured steps_alone;
     const auto result = cloud | steps();
     steps_alone.report("processed in memory", std::uint64_t(cloud.size()));
+    if (argc == 4) {
+      write_ply(result, argv[3]);
+      all.report("read, processed in memory and written", std::uint64_t(cloud.size()));
+    }
     std::printf("%td points are left, hash %016llx\n", result.size(),
                 static_cast<unsigned long long>(hash_of(result)));
   } else if (what == "hash" && argc == 3) {

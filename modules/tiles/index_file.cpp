@@ -274,10 +274,6 @@ noted_lines read_lines(const std::filesystem::path& path) {
   });
 }
 
-bool is_notes(const std::filesystem::path& path) {
-  return path.filename().string().starts_with(notes_name);
-}
-
 std::vector<std::filesystem::path> notes_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> found;
   std::error_code error;
@@ -326,6 +322,21 @@ std::vector<survey_file<D>> read_notes(const std::filesystem::path& folder,
 void remove_notes(const std::filesystem::path& folder) {
   std::error_code ignored;
   for (const auto& path : notes_in(folder)) std::filesystem::remove(path, ignored);
+}
+
+void empty_notes(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& path : notes_in(folder)) {
+    // The first is the file that is locked.
+    if (path.filename() == notes_name)
+      std::filesystem::resize_file(path, 0, ignored);
+    else
+      std::filesystem::remove(path, ignored);
+  }
+}
+
+bool is_notes(const std::filesystem::path& path) {
+  return path.filename().string().starts_with(notes_name);
 }
 
 bool has_notes(const std::filesystem::path& folder) {

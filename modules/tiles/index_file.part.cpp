@@ -73,6 +73,9 @@ template <int D>
 std::vector<survey_file<D>> read_notes(const std::filesystem::path& folder,
                                        const std::string& what);
 void remove_notes(const std::filesystem::path& folder);
+/// Makes the notes those of a run that has not begun, under a lock.
+void empty_notes(const std::filesystem::path& folder);
+[[nodiscard]] bool is_notes(const std::filesystem::path& path);
 [[nodiscard]] bool has_notes(const std::filesystem::path& folder);
 
 /// Tiles as text, and back.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -60,7 +61,7 @@ tile_step<S, D> noting(const tile_step<S, D>& step) {
 
 template <Scalar S, int D>
 tile_step<S, D> keeping_noted(const tile_step<S, D>& step, double limit) {
-  return {step.name, {}, false, false, [limit](point_cloud<S, D>&& cloud) {
+  return {step.name, {}, false, false, {true}, [limit](point_cloud<S, D>&& cloud) {
             if (cloud.empty()) return std::move(cloud);
             const auto values = cloud.template attribute_to<double>(noted_name);
             std::erase_if(cloud.attributes,
@@ -76,7 +77,7 @@ distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_
   std::mutex mutex;
   on_all_ranks(cloud.ranks().get(), [&] {
     run_all<D>(
-        survey, cloud.ranks().get(), all_tiles(survey),
+        survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
         [&](index_t t) { return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0); },
         [&](index_t t) {
           const auto points =
@@ -93,19 +94,24 @@ distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_
 }
 
 template <Scalar S, int D>
+std::vector<tile_step<S, D>> with_first_limit(const tiled_cloud<S, D>& cloud,
+                                              const task_monitor& monitor) {
+  auto steps = cloud.steps();
+  const auto next = std::ranges::find_if(steps, is_measuring<S, D>);
+  if (next == steps.end()) return steps;
+  std::vector<tile_step<S, D>> measuring{steps.begin(), next};
+  measuring.push_back(noting(*next));
+  const tiled_cloud<S, D> measured{cloud.survey(), std::move(measuring), cloud.ranks()};
+  *next = limited(*next, next->limit(noted_statistics(measured, monitor)));
+  return steps;
+}
+
+template <Scalar S, int D>
 std::vector<tile_step<S, D>> with_limits(const tiled_cloud<S, D>& cloud,
                                          const task_monitor& monitor) {
-  std::vector<tile_step<S, D>> steps;
-  for (const auto& step : cloud.steps()) {
-    if (!step.measure) {
-      steps.push_back(step);
-      continue;
-    }
-    auto measuring = steps;
-    measuring.push_back(noting(step));
-    const tiled_cloud<S, D> measured{cloud.survey(), std::move(measuring), cloud.ranks()};
-    steps.push_back(limited(step, step.limit(noted_statistics(measured, monitor))));
-  }
+  auto steps = cloud.steps();
+  while (std::ranges::any_of(steps, is_measuring<S, D>))
+    steps = with_first_limit<S, D>({cloud.survey(), std::move(steps), cloud.ranks()}, monitor);
   return steps;
 }
 
@@ -113,6 +119,8 @@ std::vector<tile_step<S, D>> with_limits(const tiled_cloud<S, D>& cloud,
   template tile_step<S, D> noting(const tile_step<S, D>&);                                      \
   template tile_step<S, D> keeping_noted(const tile_step<S, D>&, double);                       \
   template distance_statistics noted_statistics(const tiled_cloud<S, D>&, const task_monitor&); \
+  template std::vector<tile_step<S, D>> with_first_limit(const tiled_cloud<S, D>&,              \
+                                                         const task_monitor&);                  \
   template std::vector<tile_step<S, D>> with_limits(const tiled_cloud<S, D>&, const task_monitor&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)

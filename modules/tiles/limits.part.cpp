@@ -26,6 +26,16 @@ tile_step<S, D> keeping_noted(const tile_step<S, D>& step, double limit);
 template <Scalar S, int D>
 distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_monitor& monitor);
 
+/// Whether a step has a limit that all points together decide.
+template <Scalar S, int D>
+bool is_measuring(const tile_step<S, D>& step) {
+  return bool(step.measure);
+}
+
+/// The steps with the limit of the first of them that measures. Goes through all tiles once.
+template <Scalar S, int D>
+std::vector<tile_step<S, D>> with_first_limit(const tiled_cloud<S, D>& cloud,
+                                              const task_monitor& monitor);
 /// The steps with limits that all points together have decided. Goes through all tiles once for
 /// each step that measures.
 template <Scalar S, int D>

@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -11,11 +12,39 @@ module cilantro.tiles;
 
 import cilantro.eigen;
 import :loading;
+import :places;
 import :region;
 import :survey;
 
 namespace cilantro {
 namespace {
+
+/// The indices of numbers, in ascending order, and of equal ones as they come. Numbers of a few
+/// sequences that ascend are merged.
+index_list ascending(std::span<const std::uint64_t> numbers) {
+  using numbered = std::pair<std::uint64_t, std::int32_t>;
+  std::vector<numbered> all(numbers.size()), next(numbers.size());
+  std::vector<std::size_t> ends;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    all[i] = {numbers[i], static_cast<std::int32_t>(i)};
+    if (i + 1 == numbers.size() || numbers[i + 1] < numbers[i]) ends.push_back(i + 1);
+  }
+  while (ends.size() > 1) {
+    std::vector<std::size_t> merged_ends;
+    for (std::size_t r = 0, begin = 0; r < ends.size(); r += 2) {
+      const auto middle = ends[r], end = r + 1 < ends.size() ? ends[r + 1] : middle;
+      const auto at = [&](std::size_t i) { return all.begin() + static_cast<std::ptrdiff_t>(i); };
+      std::merge(at(begin), at(middle), at(middle), at(end),
+                 next.begin() + static_cast<std::ptrdiff_t>(begin));
+      merged_ends.push_back(begin = end);
+    }
+    all.swap(next);
+    ends = std::move(merged_ends);
+  }
+  index_list indices(all.size());
+  std::ranges::transform(all, indices.begin(), &numbered::second);
+  return indices;
+}
 
 /// Points of one file after the other.
 template <Scalar S, int D>
@@ -51,7 +80,13 @@ class region_loader {
   loaded_points<S, D> result() && {
     for (std::size_t i = 1; i < parts_.size(); ++i) parts_[i].comments.clear();
     loaded_points<S, D> all{append_all(parts_), std::move(order_)};
+    parts_.clear();
     all.cloud.origin = survey_.origin;
+    if (!std::ranges::is_sorted(all.order)) {
+      const auto indices = ascending(all.order);
+      all.cloud = select(all.cloud, indices);
+      std::ranges::sort(all.order);
+    }
     return all;
   }
 
@@ -64,13 +99,16 @@ class region_loader {
       auto piece = reader.read(static_cast<index_t>(std::min(at_a_time, end - first)));
       if (piece.empty()) throw io_error{file.path, "has fewer points than it had"};
       piece.origin = survey_.origin;
+      std::vector<std::uint64_t> places;
+      if (survey_.is_local) places = take_back(piece);
       index_list wanted;
       for (index_t i = 0; i < piece.size(); ++i) {
         const auto place = world_of<S, D>(piece.points.col(i), survey_.origin);
         if (!is_finite(place) || !region_.contains(place)) continue;
         if (without_ != nullptr && without_->contains(place)) continue;
         wanted.push_back(static_cast<std::int32_t>(i));
-        order_.push_back(points_before_ + first + static_cast<std::uint64_t>(i));
+        order_.push_back(places.empty() ? points_before_ + first + static_cast<std::uint64_t>(i)
+                                        : places[i]);
       }
       first += static_cast<std::uint64_t>(piece.size());
       if (wanted.empty()) continue;

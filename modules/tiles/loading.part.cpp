@@ -14,21 +14,22 @@ import :survey;
 
 namespace cilantro {
 
-/// Points, and where they come from: numbers that ascend with the files and the places in them.
+/// Points, and their places in the order of the whole: numbers that were put aside with them, or
+/// else ascend with the files and the places in them.
 template <Scalar S, int D>
 struct loaded_points {
   point_cloud<S, D> cloud;
   std::vector<std::uint64_t> order;
 };
 
-/// The finite points of a region, in the order of the files, relative to the origin of the survey;
+/// The finite points of a region, in the order of the whole, relative to the origin of the survey;
 /// without those of another region, if one is given.
 template <Scalar S, int D>
 loaded_points<S, D> load_region(const tile_survey<D>& survey, const tile_region<D>& region,
                                 const std::stop_token& stop,
                                 const tile_region<D>* without = nullptr);
 
-/// The points of both, in the order of the files.
+/// The points of both, in the order of the whole.
 template <Scalar S, int D>
 loaded_points<S, D> merged(loaded_points<S, D> a, const loaded_points<S, D>& b);
 

@@ -24,6 +24,7 @@ module cilantro.tiles;
 
 import cilantro.eigen;
 import :index_file;
+import :places;
 import :survey;
 
 namespace cilantro {
@@ -201,8 +202,9 @@ void look_at_first_points(tile_survey<D>& survey, std::optional<point_vector<dou
   for (const auto& path : files) {
     cloud_reader<S, D> reader{path, {.monitor = {.stop = monitor.stop}}};
     if (origin) reader.set_origin(*origin);
-    const auto piece = reader.read(16 * points_of_a_run);
+    auto piece = reader.read(16 * points_of_a_run);
     if (piece.empty()) continue;
+    if (survey.is_local) take_back(piece);
     survey.parts = parts_of(piece);
     if (!origin) origin = piece.full_origin();
     return;

@@ -18,6 +18,7 @@ module cilantro.tiles;
 import cilantro.eigen;
 import cilantro.search;
 import :loading;
+import :places;
 import :region;
 import :running;
 import :survey;
@@ -105,9 +106,10 @@ template <Scalar S, int D>
 class tile_run {
  public:
   tile_run(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
-           const tile_info& tile, double halo, const std::stop_token& stop)
+           const tile_info& tile, double halo, const std::stop_token& stop, place_notes places)
       : survey_{survey}, steps_{steps}, tile_{tile}, halo_{halo}, stop_{stop} {
     margins_ = first_margins<S, D>(survey, steps, tile);
+    if (places == place_notes::kept) places_from_ = first_with_places(survey, steps);
   }
 
   point_cloud<S, D> operator()() {
@@ -117,8 +119,7 @@ class tile_run {
       const auto more = load_region<S, D>(survey_, region_before(0).balls(), stop_, &known);
       loaded = merged(std::move(loaded), more);
     }
-    loaded.order = {};
-    while (!pass(loaded.cloud)) loaded = load_region<S, D>(survey_, region_before(0), stop_);
+    while (!pass(loaded)) loaded = load_region<S, D>(survey_, region_before(0), stop_);
     return std::move(loaded.cloud);
   }
 
@@ -138,7 +139,10 @@ class tile_run {
   }
 
   /// Sends the cloud through the steps; false if it turns out that more points have to be known.
-  bool pass(point_cloud<S, D>& cloud) {
+  bool pass(loaded_points<S, D>& loaded) {
+    auto& cloud = loaded.cloud;
+    if (places_from_ && !gives_places(*places_from_)) set_places(cloud, std::move(loaded.order));
+    loaded.order = {};
     std::size_t end_of_looking = 0;
     for (std::size_t s = 0; s < steps_.size(); ++s)
       if (looks_around(steps_[s].reach)) end_of_looking = s + 1;
@@ -146,6 +150,8 @@ class tile_run {
     for (std::size_t s = 0; s < steps_.size(); ++s) {
       if (stop_.stop_requested()) throw cancelled{};
       if (steps_[s].reach.neighbors > 0 && !knows_neighbors(cloud, s)) return false;
+      if (places_from_ == s && gives_places(s))
+        set_places_by_cell(cloud, survey_, *steps_[s].order.cells);
       cloud = steps_[s].apply(std::move(cloud));
       if (s + 1 == end_of_looking)
         keep_result(cloud);
@@ -155,6 +161,7 @@ class tile_run {
     return true;
   }
 
+  [[nodiscard]] bool gives_places(std::size_t s) const { return bool(steps_[s].order.cells); }
   template <class F>
   void keep_if(point_cloud<S, D>& cloud, F wanted) {
     index_list kept;
@@ -302,6 +309,7 @@ class tile_run {
   const tile_info& tile_;
   double halo_;
   const std::stop_token& stop_;
+  std::optional<std::size_t> places_from_;
   std::vector<double> margins_;  ///< How much more each step needs than it gives.
   std::vector<wanted_ball<D>> wanted_;
 };
@@ -316,8 +324,9 @@ bool is_in_tile(const point_cloud<S, D>& cloud, index_t i, const tile_info& tile
 
 template <Scalar S, int D>
 point_cloud<S, D> run_tile(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
-                           const tile_info& tile, double halo, const std::stop_token& stop) {
-  return tile_run<S, D>{survey, steps, tile, halo, stop}();
+                           const tile_info& tile, double halo, const std::stop_token& stop,
+                           place_notes places) {
+  return tile_run<S, D>{survey, steps, tile, halo, stop, places}();
 }
 
 namespace {
@@ -367,7 +376,8 @@ std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<
 #define CILANTRO_INSTANTIATE(S, D)                                                             \
   template bool is_in_tile(const point_cloud<S, D>&, index_t, const tile_info&, double);       \
   template point_cloud<S, D> run_tile(const tile_survey<D>&, std::span<const tile_step<S, D>>, \
-                                      const tile_info&, double, const std::stop_token&);       \
+                                      const tile_info&, double, const std::stop_token&,        \
+                                      place_notes);                                            \
   template std::uint64_t memory_of(const tile_survey<D>&, std::span<const tile_step<S, D>>,    \
                                    const tile_info&, double);
 CILANTRO_INSTANTIATE(float, 2)

@@ -141,7 +141,8 @@ class crew {
 
 template <int D>
 void run_all(const tile_survey<D>& survey, const process_group* ranks,
-             std::span<const index_t> tiles, const std::function<std::uint64_t(index_t)>& cost,
+             std::span<const index_t> tiles, int threads,
+             const std::function<std::uint64_t(index_t)>& cost,
              const std::function<void(index_t)>& work, const task_monitor& monitor) {
   std::vector<index_t> order(tiles.begin(), tiles.end());
   std::ranges::sort(order, std::ranges::greater{},
@@ -163,16 +164,16 @@ void run_all(const tile_survey<D>& survey, const process_group* ranks,
   };
   if (ranks != nullptr) next = ranks->next_ticket;
   const std::function<void(index_t)> work_on = [&](index_t i) { work(order[i]); };
-  const index_t most = survey.threads > 0 ? survey.threads : detail::threads_of_part(1);
+  const index_t most = threads > 0 ? threads : detail::threads_of_part(1);
   crew all{costs, survey.memory, next, work_on, monitor};
   all.run(static_cast<int>(std::max<index_t>(1, std::min(most, count))),
           [&](index_t i) { return double(survey.tiles[order[i]].points) / std::max(points, 1.0); });
 }
 
-template void run_all(const tile_survey<2>&, const process_group*, std::span<const index_t>,
+template void run_all(const tile_survey<2>&, const process_group*, std::span<const index_t>, int,
                       const std::function<std::uint64_t(index_t)>&,
                       const std::function<void(index_t)>&, const task_monitor&);
-template void run_all(const tile_survey<3>&, const process_group*, std::span<const index_t>,
+template void run_all(const tile_survey<3>&, const process_group*, std::span<const index_t>, int,
                       const std::function<std::uint64_t(index_t)>&,
                       const std::function<void(index_t)>&, const task_monitor&);
 

@@ -101,7 +101,8 @@ struct tile_survey {
   extent<D> bounds;
   std::vector<tile_info> tiles;
   point_parts parts;
-  /// Whether the files hold coordinates without the origin, which keeps all their digits.
+  /// Whether the files hold points that were put aside, of which all digits are kept: coordinates
+  /// without the origin, colours that were not rounded, and places, if they are known.
   bool is_local = false;
 
   /// What rounding of coordinates, which are kept as an S relative to the origin, may amount to,

@@ -10,7 +10,8 @@ namespace cilantro {
 
 /// A step that says how far around a point it looks to decide what becomes of that point: it has a
 /// member `reach()`, as the steps of the library do. Only such a step runs on tiles, since only
-/// then is it known how much of its neighbours a tile needs. See `with_reach`.
+/// then is it known how much of its neighbours a tile needs. It keeps points where they are in
+/// their order, unless it is `voxel_downsample`. See `with_reach`.
 export template <class T>
 concept SaysReach = requires(const T& step) {
   { step.reach() } -> std::convertible_to<step_reach>;
@@ -44,13 +45,29 @@ export template <class F>
   return reaching_step<F>{std::move(function), {.distance = distance}};
 }
 
+/// The cells of a grid, in world coordinates.
+template <int D>
+struct cell_layout_of {
+  point_vector<double, D> edges, corner;
+};
+
+/// What a step does to the order of points.
+template <int D>
+struct step_order {
+  bool is_known = false;
+  /// Of a step that makes a point of each cell, in the order of the cells. Otherwise points keep
+  /// their order, if it is known, and all that belongs to them.
+  std::optional<cell_layout_of<D>> cells = {};
+};
+
 /// A step on tiles, whatever its type.
 template <Scalar S, int D>
 struct tile_step {
   std::string name;
   step_reach reach;
   bool moves_points = false, writes_outside = false;
-  std::function<point_cloud<S, D>(point_cloud<S, D>&&)> apply;
+  step_order<D> order = {};
+  std::function<point_cloud<S, D>(point_cloud<S, D>&&)> apply = {};
   /// Of a step that keeps points by a number that each has, if that is at most a limit that all
   /// points together decide; otherwise empty, as `limit` is. Such a step has no `apply`.
   std::function<std::vector<double>(const point_cloud<S, D>&)> measure = {};
@@ -72,6 +89,29 @@ template <class T>
     return step.moves_points();
   else
     return false;
+}
+
+/// Whether points go through steps of a type in their order, with all that belongs to them.
+template <class T>
+inline constexpr bool keeps_points = false;
+template <class E>
+inline constexpr bool keeps_points<estimate_normals_step<E>> = true;
+template <>
+inline constexpr bool keeps_points<orient_to_viewpoint_step> = true;
+template <AffineMap T>
+inline constexpr bool keeps_points<transform_step<T>> = true;
+
+template <Scalar S, int D, class T>
+[[nodiscard]] step_order<D> order_of(const T& step) {
+  if constexpr (std::same_as<T, voxel_downsample_step>) {
+    point_vector<double, D> corner = point_vector<double, D>::Zero();
+    if (step.options.origin)
+      corner = step.options.origin->template as<double, D>(
+          D, "voxel_grid: the origin must have the dimension of the points");
+    return {true, cell_layout_of<D>{step.size.template edges<D>(D), corner}};
+  } else {
+    return {keeps_points<T> || ChoosingStep<T, point_cloud<S, D>>};
+  }
 }
 
 template <class Step, class C>
@@ -102,6 +142,7 @@ void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
          step.reach(),
          false,
          writes_outside_of(next),
+         {true},
          {},
          [step](const point_cloud<S, D>& cloud) { return step.measure(cloud); },
          [step](const distance_statistics& all) { return step.template limit<S>(all); }});
@@ -113,9 +154,10 @@ void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
     static_assert(keeps_type<Step, point_cloud<S, D>>,
                   "a step on tiles must accept the clouds of the tiles and return the same type");
     if constexpr (SaysReach<Step> && keeps_type<Step, point_cloud<S, D>>)
-      steps.push_back(
-          {name_of(next), next.reach(), moves_points_of(next), writes_outside_of(next),
-           [step = for_tiles(next)](point_cloud<S, D>&& cloud) { return step(std::move(cloud)); }});
+      steps.push_back({name_of(next), next.reach(), moves_points_of(next), writes_outside_of(next),
+                       order_of<S, D>(next), [step = for_tiles(next)](point_cloud<S, D>&& cloud) {
+                         return step(std::move(cloud));
+                       }});
   }
 }
 

@@ -26,11 +26,13 @@ import cilantro.io;
 import :communicator;
 import :cutting;
 import :index_file;
+import :places;
 import :ranks;
 import :running;
 import :survey;
 import :tile_step;
 import :tiled_cloud;
+import :work_folder;
 import :write_tiles;
 
 namespace cilantro {
@@ -39,21 +41,13 @@ namespace cilantro {
 template <Scalar S, int D>
 std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_options& options);
 
-/// `write_tiles`; if `is_local`, coordinates are written without the origin, and keep all digits.
+/// `write_tiles`; if `is_local`, points are put aside for another pass, and keep all digits and,
+/// if they are known, their places.
 template <Scalar S, int D>
 tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud,
                                  const std::filesystem::path& folder, bool is_local,
                                  const write_tiles_options& options);
 
-/// Makes the folder, or finds it as it must be, and keeps others from it. Throws `invalid_input`
-/// for one that is not empty, unless it is unfinished and resumed.
-std::unique_ptr<folder_lock> make_folder(const std::filesystem::path& folder, bool resume);
-/// Whether a folder is complete, and was made so; the same for all ranks.
-template <int D>
-bool is_complete(const process_group* ranks, const std::filesystem::path& folder,
-                 const std::string& what);
-/// Removes what a killed process has left under names that are not final.
-void remove_parts(const std::filesystem::path& folder);
 /// Throws `invalid_input` unless all ranks say the same.
 void expect_same(const process_group* ranks, const std::string& what);
 
@@ -82,7 +76,7 @@ class tile_writer {
         files_[file.path.filename().string()] = std::move(file);
       }
     });
-    on_first_rank(ranks_, [&] { remove_parts(folder); });
+    on_first_rank(ranks_, [&] { remove_files(folder, part_ending); });
     on_all_ranks(ranks_, [&] { notes_.emplace(folder, what, ranks_ ? ranks_->rank : 0); });
   }
 
@@ -104,12 +98,13 @@ class tile_writer {
                                                    points_at_a_time(), monitor);
     on_all_ranks(ranks_, [&] {
       run_all<D>(
-          survey_, ranks_, left,
+          survey_, ranks_, left, survey_.threads,
           [&](index_t t) { return memory_of<S, D>(survey_, steps_, survey_.tiles[t], 0); },
           [&](index_t t) {
             keep(t, make     ? make(t)
                     : cutter ? cutter->tile(t)
-                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop));
+                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop,
+                                              is_local_ ? place_notes::kept : place_notes::none));
           },
           monitor);
     });
@@ -131,7 +126,10 @@ class tile_writer {
     survey_file<D> file;
     file.path = folder_ / name_of_tile(t);
     describe_points(points, survey_.edge, is_local_, file);
-    if (is_local_) points.origin.setZero();
+    if (is_local_) {
+      put_aside(points);
+      points.origin.setZero();
+    }
     if (!points.empty()) {
       write_cloud(points, file.path);
       std::error_code error;
@@ -156,7 +154,7 @@ class tile_writer {
           index.files.push_back(std::move(file));
       write_index(folder_, index);
       remove_notes(folder_);
-      remove_parts(folder_);
+      remove_files(folder_, part_ending);
     });
   }
 

@@ -118,7 +118,7 @@ point_cloud<S, D> tiled_cloud<S, D>::read() const {
   const auto steps = with_limits<S, D>({survey_, steps_}, {});
   std::vector<point_cloud<S, D>> parts(survey.tiles.size());
   run_all<D>(
-      survey, nullptr, all_tiles(survey),
+      survey, nullptr, all_tiles(survey), survey.threads,
       [&](index_t t) { return memory_of<S, D>(survey, steps, survey.tiles[t], 0); },
       [&](index_t t) { parts[t] = run_tile<S, D>(survey, steps, survey.tiles[t], 0, {}); }, {});
   for (std::size_t t = 1; t < parts.size(); ++t) parts[t].comments.clear();
@@ -171,10 +171,9 @@ void visit_tiles(const tiled_cloud<S, D>& cloud, double halo, const for_each_til
   const auto cost = [&](index_t t) {
     return memory_of<S, D>(survey, steps, survey.tiles[t], halo);
   };
-  auto one_at_a_time = survey;
-  if (!options.parallel) one_at_a_time.threads = 1;
   on_all_ranks(cloud.ranks().get(), [&] {
-    run_all<D>(one_at_a_time, cloud.ranks().get(), all_tiles(survey), cost, visit, options.monitor);
+    run_all<D>(survey, cloud.ranks().get(), all_tiles(survey),
+               options.parallel ? survey.threads : 1, cost, visit, options.monitor);
   });
 }
 

@@ -10,7 +10,6 @@ module;
 #include <mutex>
 #include <span>
 #include <string>
-#include <system_error>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -29,13 +28,14 @@ import :region;
 import :running;
 import :survey;
 import :tile_writer;
+import :work_folder;
 
 namespace cilantro {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A point of the survey: its number in the order of the files.
+/// A point of the survey: its place in the order of the whole.
 using point_number = std::uint64_t;
 constexpr point_number nobody = std::numeric_limits<point_number>::max();
 
@@ -222,19 +222,11 @@ class cluster_writer {
     find_sets();
     tile_writer<S, D> writer{cloud_, folder_, what, false, options, monitor_};
     writer.write([&](index_t t) { return labelled(t); });
-    on_first_rank(ranks_, [&] {
-      std::error_code ignored;
-      std::vector<fs::path> scratch;  // Also of a run that was killed, and had more ranks.
-      for (const auto& entry : fs::directory_iterator{folder_})
-        if (entry.path().extension() == scratch_ending) scratch.push_back(entry.path());
-      for (const auto& path : scratch) fs::remove(path, ignored);
-    });
   }
 
  private:
-  static constexpr const char* scratch_ending = ".sets";
   [[nodiscard]] fs::path scratch_of(int rank) const {
-    return folder_ / ("labels-" + std::to_string(rank) + scratch_ending);
+    return folder_ / ("labels-" + std::to_string(rank) + std::string{sets_ending});
   }
 
   void find_sets() {
@@ -245,10 +237,9 @@ class cluster_writer {
     std::mutex mutex;
     on_all_ranks(ranks_, [&] {
       scratch_[me] = std::make_unique<scratch_file>(scratch_of(me), true);
-      const std::vector<tile_step<S, D>> reach{
-          {"write_clusters", {.distance = 2 * rule_.radius}, false, false, {}}};
+      const std::vector<tile_step<S, D>> reach{{"write_clusters", {.distance = 2 * rule_.radius}}};
       run_all<D>(
-          survey_, ranks_, all_tiles(survey_),
+          survey_, ranks_, all_tiles(survey_), survey_.threads,
           [&](index_t t) { return memory_of<S, D>(survey_, reach, survey_.tiles[t], 0); },
           [&](index_t t) {
             const auto found =
@@ -332,20 +323,11 @@ tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::pa
   });
   const auto monitor = in_passes(options.monitor, cloud.steps().empty() ? 2 : 3);
   auto from = cloud;
-  const auto pass = folder / "points";
-  if (!cloud.steps().empty()) {
-    std::error_code error;
-    if (!fs::exists(pass / index_name, error))
-      from = write_tiles_as(cloud, pass, true,
-                            {.format = options.format, .resume = true, .monitor = monitor});
-    else
-      from = {open_tiles<S, D>(pass, how).survey(), {}, ranks};
-  }
+  if (!cloud.steps().empty())
+    from = write_tiles_as(cloud, points_folder(folder), true,
+                          {.format = options.format, .resume = true, .monitor = monitor});
   cluster_writer<S, D>{from, folder, rule, monitor}.write(what, options);
-  on_first_rank(ranks.get(), [&] {
-    std::error_code ignored;
-    fs::remove_all(pass, ignored);
-  });
+  on_first_rank(ranks.get(), [&] { remove_leftovers(folder); });
   return {open_tiles<S, D>(folder, how).survey(), {}, ranks};
 }
 

@@ -15,7 +15,7 @@ export struct write_tiles_options {
   /// Whether to go on where a run on the same files with the same steps was interrupted: tiles that
   /// are done are kept. The steps must have the same parameters, which only their names and reaches
   /// can be checked for; the files must have the same names, sizes and times. A folder that is
-  /// complete is returned as it is. Without it, an unfinished folder is refused.
+  /// complete is returned as it is. Without it, an unfinished folder with tiles is refused.
   bool resume = false;
   /// `stop` is looked at between tiles; what has been written then can be resumed.
   task_monitor monitor = {};
@@ -28,10 +28,11 @@ export struct write_tiles_options {
 /// Without steps, the files are cut into tiles: each is read once, whatever the order of its
 /// points. Points keep their order, except that those of a tile are sorted into 16 × 16 squares.
 ///
-/// The folder must not exist or be empty, unless a run is resumed. No file appears
-/// under its name before it is complete, and no index before all tiles are. If anything fails, what
-/// has been written stays, and can be resumed. Tiles are processed in parallel, as many at a time
-/// as fit the memory of the cloud's options. Throws `io_error`, `cancelled`, what steps throw, and
+/// The folder must not exist or be empty, unless a run is resumed, or has not finished a single
+/// tile, which is then begun anew. No file appears under its name before it is complete, and no
+/// index before all tiles are. If anything fails, what has been written stays, and can be resumed.
+/// Tiles are processed in parallel, as many at a time as fit the memory of the cloud's options.
+/// Throws `io_error`, `cancelled`, what steps throw, and
 /// `invalid_input` for another format or a folder that is not empty. Files on disk beside the
 /// result: when cutting, one of the size of the points.
 export template <Scalar S, int D>

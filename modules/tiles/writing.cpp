@@ -2,9 +2,11 @@
 module;
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -16,14 +18,30 @@ import cilantro.eigen;
 import :communicator;
 import :index_file;
 import :limits;
+import :places;
 import :ranks;
 import :survey;
 import :tile_writer;
+import :work_folder;
 
 namespace cilantro {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether points that are written down by tile after the first step that measures, without their
+/// places, would be others after the steps behind it: where these look around, the order decides
+/// which of equally near points they take, and how sums are rounded.
+template <Scalar S, int D>
+bool order_decides(const tiled_cloud<S, D>& cloud) {
+  const std::span steps{cloud.steps()};
+  const auto next = std::ranges::find_if(steps, is_measuring<S, D>);
+  if (first_with_places(*cloud.survey(), steps.first(std::size_t(next - steps.begin()))))
+    return false;
+  return std::any_of(next + 1, steps.end(), [](const tile_step<S, D>& step) {
+    return step.reach != step_reach{} && !step.measure;
+  });
+}
 
 }  // namespace
 
@@ -51,50 +69,6 @@ std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_opt
   return line;
 }
 
-template <int D>
-bool is_complete(const process_group* ranks, const fs::path& folder, const std::string& what) {
-  bool is_so = false;
-  on_first_rank(ranks, [&] {
-    const auto index = read_index<D>(folder);
-    is_so = index && index->made == what && !has_notes(folder);
-  });
-  return gather_texts(ranks, is_so ? "yes" : "").front() == "yes";
-}
-
-std::unique_ptr<folder_lock> make_folder(const fs::path& folder, bool resume) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (std::error_code ignored; !fs::is_directory(folder, ignored))
-    throw io_error{folder, "is no folder, and cannot be made one" +
-                               (error ? ": " + error.message() : std::string{})};
-  const bool is_unfinished = has_notes(folder);
-  const auto expect_incomplete = [&] {
-    if (fs::exists(folder / index_name, error))
-      throw invalid_input{"write_tiles: \"" + folder.string() +
-                          "\" has tiles already, and they are complete"};
-  };
-  expect_incomplete();
-  if (is_unfinished && !resume)
-    throw invalid_input{"write_tiles: \"" + folder.string() +
-                        "\" has tiles of a run that was interrupted: go on with {.resume = true}, "
-                        "or remove the folder"};
-  const fs::directory_iterator content{folder, error};
-  if (error) throw io_error{folder, "cannot be read: " + error.message()};
-  if (!is_unfinished && content != fs::directory_iterator{})
-    throw invalid_input{"write_tiles: \"" + folder.string() + "\" is not empty"};
-  auto lock = std::make_unique<folder_lock>(folder);
-  expect_incomplete();  // Another process may just have let go of it.
-  return lock;
-}
-
-void remove_parts(const fs::path& folder) {
-  std::error_code error;
-  for (fs::directory_iterator at{folder, error}, end; !error && at != end; at.increment(error)) {
-    std::error_code ignored;
-    if (at->path().extension() == ".part") fs::remove(at->path(), ignored);
-  }
-}
-
 void expect_same(const process_group* ranks, const std::string& what) {
   for (auto& text : gather_texts(ranks, what))
     if (text != what)
@@ -117,28 +91,21 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] { lock = make_folder(folder, options.resume); });
 
-  const auto measures = [](const tile_step<S, D>& step) { return bool(step.measure); };
-  const auto measuring = std::ranges::count_if(cloud.steps(), measures);
+  const auto measuring = std::ranges::count_if(cloud.steps(), is_measuring<S, D>);
   const auto monitor = in_passes(options.monitor, static_cast<int>(2 * measuring + 1));
-  // Points that are written down come back by tile. Where a step looks around after that, the order
-  // may decide: which of equally near points it takes, and how sums are rounded.
-  const auto& steps = cloud.steps();
-  const auto ordered = std::find_if(steps.rbegin(), steps.rend(), [](const tile_step<S, D>& step) {
-                         return step.reach != step_reach{} && !step.measure;
-                       }).base();
-  auto decided = with_limits<S, D>({cloud.survey(), {steps.begin(), ordered}, ranks}, monitor);
-  decided.insert(decided.end(), ordered, steps.end());
-  // What any other step measures is written down with the points, and kept by in the pass after it.
-  tiled_cloud<S, D> from{cloud.survey(), std::move(decided), ranks};
-  std::vector<fs::path> passes;
-  while (true) {
-    auto rest = from.steps();
-    const auto next = std::ranges::find_if(rest, measures);
-    if (next == rest.end()) break;
-    std::vector<tile_step<S, D>> before{rest.begin(), next};
+  auto from = cloud;
+  std::size_t passes = 0;
+  while (std::ranges::any_of(from.steps(), is_measuring<S, D>)) {
+    if (order_decides(from)) {
+      from = {from.survey(), with_first_limit(from, monitor), ranks};
+      continue;
+    }
+    // What the step measures is written down with the points, and kept by in the pass after it.
+    const auto& steps = from.steps();
+    const auto next = std::ranges::find_if(steps, is_measuring<S, D>);
+    std::vector<tile_step<S, D>> before{steps.begin(), next};
     before.push_back(noting(*next));
-    const auto pass = folder / ("pass-" + std::to_string(passes.size() + 1));
-    passes.push_back(pass);
+    const auto pass = pass_folder(folder, ++passes);
     on_first_rank(ranks.get(), [&] {
       // Until there is something in it, that is how the folder is seen to be unfinished.
       const tile_notes<D> begun{folder, what, 0};
@@ -146,23 +113,20 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       fs::create_directories(pass, failure);
       if (failure) throw io_error{pass, "cannot be made: " + failure.message()};
     });
-    std::error_code error;
-    if (!fs::exists(pass / index_name, error))
+    const auto noting_what = what + ", put aside with what " + next->name + " measures";
+    if (!is_complete<D>(ranks.get(), pass, noting_what))
       tile_writer<S, D>{
-          {from.survey(), std::move(before), ranks}, pass, what, true, options, monitor}
+          {from.survey(), std::move(before), ranks}, pass, noting_what, true, options, monitor}
           .write();
     const auto written = open_tiles<S, D>(pass, how);
     const tiled_cloud<S, D> noted{written.survey(), {}, ranks};
     std::vector<tile_step<S, D>> after{
         keeping_noted(*next, next->limit(noted_statistics(noted, monitor)))};
-    after.insert(after.end(), next + 1, rest.end());
+    after.insert(after.end(), next + 1, steps.end());
     from = {written.survey(), std::move(after), ranks};
   }
   tile_writer<S, D>{from, folder, what, is_local, options, monitor}.write();
-  on_first_rank(ranks.get(), [&] {
-    std::error_code ignored;
-    for (const auto& pass : passes) fs::remove_all(pass, ignored);
-  });
+  on_first_rank(ranks.get(), [&] { remove_leftovers(folder); });
   const auto written = open_tiles<S, D>(folder, how);
   return {written.survey(), {}, ranks};
 }
@@ -184,7 +148,5 @@ CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)
 CILANTRO_INSTANTIATE(double, 3)
 #undef CILANTRO_INSTANTIATE
-template bool is_complete<2>(const process_group*, const fs::path&, const std::string&);
-template bool is_complete<3>(const process_group*, const fs::path&, const std::string&);
 
 }  // namespace cilantro

@@ -72,11 +72,8 @@ TEST_CASE("clusters of what steps give, by any number of ranks, are the same") {
   const dbscan_options how{.radius = 0.9, .min_points = 4};
   const auto alone = open_tiles<float>(folder / "ground.ply", {.edge = 11}) | steps |
                      write_clusters(folder / "alone", how);
-  // In the order of the tiles, by which equally large clusters are numbered.
-  const auto points =
-      (open_tiles<float>(folder / "ground.ply", {.edge = 11}) | steps | write_tiles(folder / "t"))
-          .read();
-  check_same(alone.read(), labelled(points, dbscan(points, how)));
+  const auto whole = read_ply<float>(folder / "ground.ply") | steps;
+  check_same(alone.read(), labelled(whole, dbscan(whole, how)));
   for (const int count : {2, 5}) {
     const auto out = folder / ("ranks" + std::to_string(count));
     test::in_process_ranks job{count};
@@ -88,4 +85,32 @@ TEST_CASE("clusters of what steps give, by any number of ranks, are the same") {
     for (const auto& entry : std::filesystem::directory_iterator{out})
       CHECK((entry.path().extension() == ".ply" || entry.path().filename() == "tiles.index"));
   }
+}
+
+TEST_CASE_TEMPLATE("equally large clusters behind steps have the numbers of the whole", S, float,
+                   double) {
+  const test::temporary_folder folder;
+  // Pairs that are far from each other, in an order that has nothing to do with tiles.
+  point_cloud<S, 3> pairs;
+  pairs.points.resize(3, 800);
+  for (index_t i = 0; i < 800; ++i) {
+    const index_t k = i / 2 * 239 % 400;
+    pairs.points.col(i) << S(3 * (k % 20)) + S(0.5) * S(i % 2), S(3 * (k / 20)), S(k % 7);
+  }
+  write_ply(pairs, folder / "pairs.ply");
+  const auto check = [&](const auto& steps, const std::string& name) {
+    const auto whole = pairs | steps;
+    const auto expected = connected_components(whole, radius{1});
+    CHECK(expected.size() > 100);
+    for (const double edge : {4.0, 25.0}) {
+      INFO(name, " ", edge);
+      check_same((open_tiles<S>(folder / "pairs.ply", {.edge = edge}) | steps |
+                  write_clusters(folder / (name + std::to_string(int(edge))), radius{1}))
+                     .read(),
+                 labelled(whole, expected));
+    }
+  };
+  check(remove_radius_outliers({.radius = 1, .min_neighbors = 1}), "filtered");
+  check(voxel_downsample(0.4), "voxels");
+  check(voxel_downsample(0.4) | remove_statistical_outliers({.neighbors = 2}), "limited");
 }

@@ -198,6 +198,51 @@ TEST_CASE("a folder that is not empty is not written to") {
   CHECK_THROWS_AS((void)write_tiles(survey, folder / std::string(300, 'x')), io_error);
 }
 
+TEST_CASE("a run that has not finished a tile is begun anew, with anything else") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 10});
+  const auto small = open_tiles<float>(folder / "a.ply", {.edge = 20, .memory = 1_MB});
+  const auto outliers = remove_statistical_outliers() | estimate_normals(knn{5});
+  const auto fails = with_reach(0, [](const point_cloud<float, 3>&) -> point_cloud<float, 3> {
+    throw std::logic_error{"x"};
+  });
+  CHECK_THROWS_AS((void)(small | outliers | write_tiles(folder / "t")), invalid_input);
+  CHECK_THROWS_AS((void)(survey | fails | write_tiles(folder / "t")), std::logic_error);
+  CHECK_THROWS_AS((void)(survey | fails | outliers | write_tiles(folder / "t")), std::logic_error);
+  CHECK_THROWS_AS((void)(survey | fails | write_clusters(folder / "t", radius{1})),
+                  std::logic_error);
+  CHECK(fs::exists(folder / "t/tiles.unfinished"));
+  CHECK((survey | write_tiles(folder / "t")).size() == 2000);
+  CHECK_THROWS_AS((void)(survey | fails | write_tiles(folder / "u")), std::logic_error);
+  CHECK((survey | outliers | write_tiles(folder / "u", {.resume = true})).size() > 1000);
+}
+
+TEST_CASE("what a process has left that was killed after the last tile is removed") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(1000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 10});
+  const auto out = folder / "t";
+  const auto tiles = survey | write_tiles(out);
+  const auto count = [&] {
+    return std::distance(fs::directory_iterator{out}, fs::directory_iterator{});
+  };
+  const auto clean = count();
+  const auto leave_things = [&] {
+    fs::create_directories(out / "pass-1");
+    write_text_of(out / "pass-1/0_0.ply", "");
+    for (const char* name : {"tiles.unfinished", "tiles.unfinished.2", "labels-0.sets", "p.part"})
+      write_text_of(out / name, "what it was\n");
+    CHECK(count() == clean + 5);
+  };
+  leave_things();
+  CHECK(write_tiles(survey, out, {.resume = true}).read() == tiles.read());
+  CHECK(count() == clean);
+  leave_things();
+  CHECK_THROWS_AS((void)write_tiles(survey, out), invalid_input);
+  CHECK(count() == clean);
+}
+
 TEST_CASE("parts that a file lacks are an error that names it, and others are left out") {
   const test::temporary_folder folder;
   auto ground = terrain<float>(100);

@@ -141,22 +141,6 @@ TEST_CASE_TEMPLATE("a mean of points in a square that has none itself is not los
       few | steps);
 }
 
-TEST_CASE("what is written of equally near points is that of the whole") {
-  const test::temporary_folder folder;
-  point_cloud<double, 3> grid;
-  grid.points.resize(3, 1200);
-  for (index_t i = 0; i < 1200; ++i) {
-    const index_t k = i * 7919 % 1200;  // In no order of tiles.
-    grid.points.col(i) << 0.5 + double(k % 30), 0.5 + double(k / 30 % 20), double(k / 600);
-  }
-  write_ply(grid, folder / "grid.ply");
-  const auto steps = remove_statistical_outliers() | estimate_normals(knn{5});
-  check_same(
-      (open_tiles<double>(folder / "grid.ply", {.edge = 7}) | steps | write_tiles(folder / "t"))
-          .read(),
-      grid | steps);
-}
-
 TEST_CASE("the memory of what surrounds a tile counts") {
   const test::temporary_folder folder;
   // A tile with many points, and one with a single point on each side.

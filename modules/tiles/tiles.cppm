@@ -10,3 +10,6 @@ export import :tiled_cloud;
 export import :write_tiles;
 export import :write_clusters;
 export import :for_each_tile;
+export import :reduce_tiles;
+export import :tile_statistics;
+export import :compare_tiles;

@@ -97,11 +97,11 @@ template <Scalar S, int D>
 void survey_around<S, D>::for_each_square(
     const places_by_square& squares,
     const std::function<void(const tile_key&, const index_list&)>& work,
-    const task_monitor& monitor) const {
+    const task_monitor& monitor, std::uint64_t reserved) const {
   // As if the places were the points of the tiles.
   tile_survey<D> as_tiles;
   as_tiles.threads = survey_->threads;
-  as_tiles.memory = survey_->memory;
+  as_tiles.memory = survey_->memory - reserved;
   std::vector<const index_list*> places;
   for (const auto& [square, indices] : squares) {
     as_tiles.tiles.push_back({square.x, square.y, indices.size()});

@@ -37,6 +37,8 @@ class survey_around {
   /// What points and places are relative to.
   [[nodiscard]] const point_vector<double, D>& origin() const { return survey_->origin; }
   [[nodiscard]] double distance() const { return distance_; }
+  /// How many bytes the work may take.
+  [[nodiscard]] std::uint64_t memory() const { return survey_->memory; }
   /// The ranks that the survey is shared among, or null.
   [[nodiscard]] const process_group* ranks() const { return ranks_.get(); }
 
@@ -60,11 +62,11 @@ class survey_around {
                                   square_of((double(tile.y) + 0.5) * edge, survey_->edge)});
   }
 
-  /// Calls `work(square, places)` for all squares, several at a time, as far as the memory allows.
-  /// Of ranks, each does some.
+  /// Calls `work(square, places)` for all squares, several at a time, as far as the memory without
+  /// `reserved` bytes of it allows. Of ranks, each does some.
   void for_each_square(const places_by_square& squares,
                        const std::function<void(const tile_key&, const index_list&)>& work,
-                       const task_monitor& monitor) const;
+                       const task_monitor& monitor, std::uint64_t reserved = 0) const;
 
  private:
   [[nodiscard]] tile_info info_of(const tile_key& square) const;

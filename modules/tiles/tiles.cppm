@@ -13,3 +13,4 @@ export import :for_each_tile;
 export import :reduce_tiles;
 export import :tile_statistics;
 export import :compare_tiles;
+export import :align_tiles;

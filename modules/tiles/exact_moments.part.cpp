@@ -59,6 +59,7 @@ struct moment_sums {
     for (std::size_t k = 0; k < products.size(); ++k) products[k] += other.products[k];
     return *this;
   }
+  bool operator==(const moment_sums&) const = default;
 
   /// Precondition: there are points.
   [[nodiscard]] Eigen::Matrix<double, D, 1> mean() const {

@@ -63,5 +63,11 @@ std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<
   add_up_over_ranks(cloud.ranks().get(), sums);
   return sums;
 }
+/// As above, where visiting takes no more memory than the work on a tile.
+template <TileSum T, Scalar S, int D, class F>
+std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<T>& zeros,
+                              const task_monitor& monitor, F visit) {
+  return sum_over_tiles(cloud, zeros, [](index_t) { return std::uint64_t{0}; }, monitor, visit);
+}
 
 }  // namespace cilantro

@@ -14,3 +14,5 @@ export import :reduce_tiles;
 export import :tile_statistics;
 export import :compare_tiles;
 export import :align_tiles;
+export import :kmeans_tiles;
+export import :ransac_tiles;

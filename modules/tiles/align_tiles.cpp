@@ -20,6 +20,7 @@ module cilantro.tiles;
 import cilantro.eigen;
 import cilantro.search;
 import cilantro.registration;
+import :ranks;
 import :rigid_equations;
 import :running;
 import :survey;
@@ -118,7 +119,7 @@ class pair_adder {
     double seen_weight = 0, largest_gradient = -1;
     weighted_rows(metric, pair, distance,
                   [&](double weight, double value, const vector& gradient, const vector& at) {
-                    std::array<double, std::size_t(pair_sums<D>::unknowns)> row;
+                    std::array<double, pair_sums<D>::unknowns> row;
                     rigid_motion::pull_back(vector{at - center_}, gradient, row.data());
                     sums.add_row(weight, value, row);
                     seen_weight = weight;
@@ -328,9 +329,11 @@ icp_result<rigid_transform<double, D>> align_any(const Source& source,
   try {
     const task_monitor stop_only{{}, options.monitor.stop};
     auto onto = with_decided_steps(target, stop_only);
-    if (std::holds_alternative<point_to_plane>(options.metric) &&
-        !has_normals(onto, stop_only.stop))
-      onto = onto | estimate_normals(options.normals);
+    bool lacks_normals = false;
+    if (std::holds_alternative<point_to_plane>(options.metric))
+      on_all_ranks(target.ranks().get(),
+                   [&] { lacks_normals = !has_normals(onto, stop_only.stop); });
+    if (lacks_normals) onto = onto | estimate_normals(options.normals);
     double edge = target.edge();
     if constexpr (std::same_as<Source, tiled_cloud<S, D>>) edge = source.edge();
     const survey_around<S, D> near{onto, edge, options.max_distance, "align", stop_only};

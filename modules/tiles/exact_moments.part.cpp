@@ -41,15 +41,15 @@ inline double centered_product(index_t n, const exact_sum& a, const exact_sum& b
 template <int D>
 struct moment_sums {
   index_t count = 0;
-  std::array<exact_sum, std::size_t(D)> sums{};
-  std::array<exact_sum, std::size_t(D) * (D + 1) / 2> products{};  ///< Of a and b ≤ a, row by row.
+  std::array<exact_sum, D> sums{};
+  std::array<exact_sum, D*(D + 1) / 2> products{};  ///< Of a and b ≤ a, row by row.
 
   template <class P>
   void add(const P& point) {
     ++count;
     auto product = products.begin();
     for (int a = 0; a < D; ++a) {
-      sums[std::size_t(a)] += double(point[a]);
+      sums[a] += double(point[a]);
       for (int b = 0; b <= a; ++b) (product++)->add_product(double(point[a]), double(point[b]));
     }
   }
@@ -64,7 +64,7 @@ struct moment_sums {
   /// Precondition: there are points.
   [[nodiscard]] Eigen::Matrix<double, D, 1> mean() const {
     Eigen::Matrix<double, D, 1> all;
-    for (int a = 0; a < D; ++a) all[a] = sums[std::size_t(a)].value() / double(count);
+    for (int a = 0; a < D; ++a) all[a] = sums[a].value() / double(count);
     return all;
   }
   /// Divided by count - 1; zero for a single point.
@@ -75,8 +75,7 @@ struct moment_sums {
     for (int a = 0; a < D; ++a)
       for (int b = 0; b <= a; ++b)
         all(a, b) = all(b, a) =
-            centered_product(count, sums[std::size_t(a)], sums[std::size_t(b)], *product++) /
-            double(count - 1);
+            centered_product(count, sums[a], sums[b], *product++) / double(count - 1);
     return all;
   }
 };

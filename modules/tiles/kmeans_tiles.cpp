@@ -23,16 +23,16 @@ namespace {
 template <int D>
 struct center_sums {
   index_t count = 0;
-  std::array<exact_sum, std::size_t(D)> sums{};
+  std::array<exact_sum, D> sums{};
   exact_sum inertia;
   /// The one farthest away, of equally far ones that with the least coordinates.
   double farthest = -1;
-  std::array<double, std::size_t(D)> farthest_place{};
+  std::array<double, D> farthest_place{};
 
   void add(const point_vector<double, D>& point, double square) {
-    std::array<double, std::size_t(D)> place;
-    for (std::size_t d = 0; d < D; ++d) {
-      place[d] = point[index_t(d)];
+    std::array<double, D> place;
+    for (int d = 0; d < D; ++d) {
+      place[d] = point[d];
       sums[d] += place[d];
     }
     ++count;
@@ -41,14 +41,14 @@ struct center_sums {
   }
   center_sums& operator+=(const center_sums& other) {
     count += other.count;
-    for (std::size_t d = 0; d < D; ++d) sums[d] += other.sums[d];
+    for (int d = 0; d < D; ++d) sums[d] += other.sums[d];
     inertia += other.inertia;
     keep_farthest(other.farthest, other.farthest_place);
     return *this;
   }
 
  private:
-  void keep_farthest(double square, const std::array<double, std::size_t(D)>& place) {
+  void keep_farthest(double square, const std::array<double, D>& place) {
     if (std::tie(farthest, place) > std::tie(square, farthest_place)) return;
     farthest = square;
     farthest_place = place;
@@ -100,7 +100,7 @@ class survey_kmeans {
   [[nodiscard]] all_sums measured(const point_matrix<S, D>& centers) const {
     const survey_kmeans_result<S, D> nearest{centers, {}};
     return sum_over_tiles(
-        cloud_, all_sums(static_cast<std::size_t>(centers.cols())), monitor_,
+        cloud_, all_sums(centers.cols()), monitor_,
         [&](const point_cloud<S, D>& points, all_sums& sums) {
           const auto labels = nearest.assign(points.points);
           for (index_t i = 0; i < points.size(); ++i) {
@@ -126,9 +126,9 @@ class survey_kmeans {
     for (index_t c = 0; c < centers.cols(); ++c) {
       const auto& sum = sums[c];
       const bool waits = sum.count == 0 && farthest == far.end();
-      for (std::size_t d = 0; d < D && !waits; ++d)
-        next(index_t(d), c) = static_cast<S>(sum.count > 0 ? sum.sums[d].value() / double(sum.count)
-                                                           : (*farthest)->farthest_place[d]);
+      for (int d = 0; d < D && !waits; ++d)
+        next(d, c) = static_cast<S>(sum.count > 0 ? sum.sums[d].value() / double(sum.count)
+                                                  : (*farthest)->farthest_place[d]);
       if (sum.count == 0 && !waits) ++farthest;
     }
     return next;
@@ -137,8 +137,8 @@ class survey_kmeans {
   static void describe(const point_matrix<S, D>& centers, const all_sums& sums,
                        survey_kmeans_result<S, D>& result) {
     const auto place = [&](index_t c) {
-      std::array<S, std::size_t(D)> all;
-      for (std::size_t d = 0; d < D; ++d) all[d] = centers(index_t(d), c);
+      std::array<S, D> all;
+      for (int d = 0; d < D; ++d) all[d] = centers(d, c);
       return all;
     };
     std::vector<index_t> order(sums.size());

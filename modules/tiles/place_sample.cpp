@@ -21,7 +21,7 @@ namespace {
 template <Scalar S, int D>
 struct hashed_place {
   std::uint64_t hash = 0;
-  std::array<S, std::size_t(D)> place{};
+  std::array<S, D> place{};
 
   auto operator<=>(const hashed_place&) const = default;
 };
@@ -31,7 +31,7 @@ hashed_place<S, D> hashed(const P& point, std::uint64_t seed) {
   hashed_place<S, D> next{seed, {}};
   for (int d = 0; d < D; ++d) {
     const S coordinate = point[d] + S(0);  // −0 is where 0 is.
-    next.place[std::size_t(d)] = coordinate;
+    next.place[d] = coordinate;
     next.hash = random_stream{next.hash, std::bit_cast<std::uint64_t>(double(coordinate))}();
   }
   return next;
@@ -42,7 +42,7 @@ template <class T>
 void keep_least(std::vector<T>& all, index_t count) {
   std::ranges::sort(all, [](const T& a, const T& b) { return a < b; });
   all.erase(std::unique(all.begin(), all.end()), all.end());
-  if (std::ssize(all) > count) all.resize(static_cast<std::size_t>(count));
+  if (std::ssize(all) > count) all.resize(count);
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ place_sample<S, D> sample_places(const tiled_cloud<S, D>& cloud, index_t count, 
   keep_least(least, count);
   place_sample<S, D> sample{points[0], point_matrix<S, D>(D, std::ssize(least))};
   for (index_t i = 0; i < std::ssize(least); ++i)
-    for (int d = 0; d < D; ++d) sample.places(d, i) = least[i].place[std::size_t(d)];
+    for (int d = 0; d < D; ++d) sample.places(d, i) = least[i].place[d];
   return sample;
 }
 

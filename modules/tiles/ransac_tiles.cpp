@@ -105,9 +105,10 @@ std::optional<survey_plane<D>> ransac_hyperplane(const tiled_cloud<S, D>& cloud,
   for (const auto& one : found) planes.push_back(one.model);
   const auto all = measured(from, planes, options.max_residual, monitor);
   const auto best = std::ranges::max_element(
-      all, {}, [&](const plane_sums<D>& sums) { return sums.score(options); });
-  auto model = planes[static_cast<std::size_t>(best - all.begin())];
-  auto sums = *best;
+                        all, {}, [&](const plane_sums<D>& sums) { return sums.score(options); }) -
+                    all.begin();
+  auto model = planes[best];
+  auto sums = all[best];
   const index_t least = std::max<index_t>(options.min_inliers, D);
   for (int k = 0; options.refit && k < most_fits; ++k) {
     const auto fitted = plane_of(sums.inliers);
@@ -123,7 +124,7 @@ std::optional<survey_plane<D>> ransac_hyperplane(const tiled_cloud<S, D>& cloud,
   if (count < least) return end_with(std::nullopt);
   return end_with(survey_plane<D>{model, count, sums.score(options),
                                   std::sqrt(sums.squares.value() / double(count)),
-                                  found[static_cast<std::size_t>(best - all.begin())].iterations});
+                                  found[best].iterations});
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                    \

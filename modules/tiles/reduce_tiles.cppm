@@ -27,6 +27,14 @@ export struct reduce_tiles_options {
   task_monitor monitor = {};
 };
 
+/// How many passes over all tiles the limits of the steps take, as progress counts them.
+template <Scalar S, int D>
+[[nodiscard]] int passes_of_limits(const tiled_cloud<S, D>& cloud) {
+  int passes = 0;
+  for (const auto& step : cloud.steps()) passes += step.measure ? 1 : 0;
+  return passes;
+}
+
 /// Adds up what all ranks have, so that all have the same. Collective.
 template <TileSum T>
 void add_up_over_ranks(const process_group* ranks, std::vector<T>& sums) {
@@ -66,14 +74,15 @@ export template <Scalar S, int D, TileSum T, std::invocable<tile<S, D>&, std::ve
                                           const reduce_tiles_options& options = {}) {
   auto sums = zeros;
   std::mutex mutex;
-  for_each_tile(cloud, around,
-                [&](tile<S, D>& t) {
-                  auto found = zeros;
-                  visit(t, found);
-                  const std::scoped_lock lock{mutex};
-                  for (index_t s = 0; s < std::ssize(sums); ++s) sums[s] += found[s];
-                },
-                {.parallel = true, .monitor = options.monitor});
+  for_each_tile(
+      cloud, around,
+      [&](tile<S, D>& t) {
+        auto found = zeros;
+        visit(t, found);
+        const std::scoped_lock lock{mutex};
+        for (index_t s = 0; s < std::ssize(sums); ++s) sums[s] += found[s];
+      },
+      {.parallel = true, .monitor = in_passes(options.monitor, 1 + passes_of_limits(cloud))});
   add_up_over_ranks(cloud.ranks().get(), sums);
   return sums;
 }

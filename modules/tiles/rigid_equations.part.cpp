@@ -19,7 +19,7 @@ template <int D>
 struct pair_sums {
   static constexpr int unknowns = D * (D + 1) / 2;
   template <int N>
-  using sums = std::array<exact_sum, std::size_t(N)>;
+  using sums = std::array<exact_sum, N>;
 
   index_t sources = 0;  ///< The points that looked for a partner.
   index_t pairs = 0;
@@ -39,26 +39,24 @@ struct pair_sums {
   void add_place(double w, double largest_gradient, const point_vector<double, D>& y) {
     weight += w;
     seen.add_product(w, largest_gradient);
-    for (std::size_t a = 0, k = 0; a < D; ++a) {
-      place[a].add_product(w, y[index_t(a)]);
-      for (std::size_t b = 0; b <= a; ++b)
-        spread[k++].add_product(w * y[index_t(a)], y[index_t(b)]);
+    for (int a = 0, k = 0; a < D; ++a) {
+      place[a].add_product(w, y[a]);
+      for (int b = 0; b <= a; ++b) spread[k++].add_product(w * y[a], y[b]);
     }
   }
   /// A residual and its derivatives by the unknowns.
-  void add_row(double w, double value, const std::array<double, std::size_t(unknowns)>& row) {
+  void add_row(double w, double value, const std::array<double, unknowns>& row) {
     squared_residual.add_product(w * value, value);
-    for (std::size_t a = 0, k = 0; a < row.size(); ++a) {
+    for (int a = 0, k = 0; a < unknowns; ++a) {
       gradient[a].add_product(w * row[a], value);
-      for (std::size_t b = 0; b <= a; ++b) information[k++].add_product(w * row[a], row[b]);
+      for (int b = 0; b <= a; ++b) information[k++].add_product(w * row[a], row[b]);
     }
   }
   /// A place and where it should be.
   void add_match(const point_vector<double, D>& y, const point_vector<double, D>& q) {
-    for (std::size_t a = 0; a < D; ++a) {
-      target[a] += q[index_t(a)];
-      for (std::size_t b = 0; b < D; ++b)
-        product[a * D + b].add_product(q[index_t(a)], y[index_t(b)]);
+    for (int a = 0; a < D; ++a) {
+      target[a] += q[a];
+      for (int b = 0; b < D; ++b) product[a * D + b].add_product(q[a], y[b]);
     }
   }
   pair_sums& operator+=(const pair_sums& other) {
@@ -113,7 +111,7 @@ class rigid_equations {
       const vector target = values_of<D>(sums.target) / total;
       matrix product;
       for (int a = 0; a < D; ++a)
-        for (int b = 0; b < D; ++b) product(a, b) = sums.product[std::size_t(a * D + b)].value();
+        for (int b = 0; b < D; ++b) product(a, b) = sums.product[a * D + b].value();
       const matrix cross = product / total - target * mean.transpose();
       const matrix turn = nearest_rotation(cross);
       const matrix curved = turn.transpose() * cross;
@@ -145,17 +143,17 @@ class rigid_equations {
   using velocities = Eigen::Matrix<double, D, unknowns>;
 
   template <int N>
-  static Eigen::Matrix<double, N, 1> values_of(const std::array<exact_sum, std::size_t(N)>& sums) {
+  static Eigen::Matrix<double, N, 1> values_of(const std::array<exact_sum, N>& sums) {
     Eigen::Matrix<double, N, 1> all;
-    for (int a = 0; a < N; ++a) all[a] = sums[std::size_t(a)].value();
+    for (int a = 0; a < N; ++a) all[a] = sums[a].value();
     return all;
   }
   template <int N>
   static Eigen::Matrix<double, N, N> symmetric_of(
-      const std::array<exact_sum, std::size_t(N*(N + 1) / 2)>& sums) {
+      const std::array<exact_sum, N*(N + 1) / 2>& sums) {
     Eigen::Matrix<double, N, N> all;
     for (int a = 0, k = 0; a < N; ++a)
-      for (int b = 0; b <= a; ++b) all(a, b) = all(b, a) = sums[std::size_t(k++)].value();
+      for (int b = 0; b <= a; ++b) all(a, b) = all(b, a) = sums[k++].value();
     return all;
   }
 
@@ -163,9 +161,9 @@ class rigid_equations {
   static velocities velocities_at(const vector& y) {
     velocities all;
     for (int d = 0; d < D; ++d) {
-      std::array<double, std::size_t(unknowns)> row;
+      std::array<double, unknowns> row;
       rigid_motion::pull_back(y, vector{vector::Unit(d)}, row.data());
-      for (int u = 0; u < unknowns; ++u) all(d, u) = row[std::size_t(u)];
+      for (int u = 0; u < unknowns; ++u) all(d, u) = row[u];
     }
     return all;
   }

@@ -21,13 +21,6 @@ import :tiled_cloud;
 
 namespace cilantro {
 
-/// How many passes over all tiles the limits of the steps take, as progress counts them.
-template <Scalar S, int D>
-int passes_of_limits(const tiled_cloud<S, D>& cloud) {
-  int passes = 0;
-  for (const auto& step : cloud.steps()) passes += step.measure ? 1 : 0;
-  return passes;
-}
 /// The cloud with steps whose limits are decided once, for any number of passes.
 template <Scalar S, int D>
 tiled_cloud<S, D> with_decided_steps(const tiled_cloud<S, D>& cloud, const task_monitor& monitor) {

@@ -4,9 +4,7 @@ module;
 #include <array>
 #include <cmath>
 #include <concepts>
-#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -49,6 +47,8 @@ near_points<D> ready(const point_cloud<S, D>& cloud, bool with_normals) {
   near.points = cloud.points.template cast<double>();
   near.tree.emplace(near.points);
   if (!with_normals) return near;
+  expects(cloud.has_normals(),
+          "align: some tiles of the target have normals, and others have none");
   near.normals = cloud.normals.template cast<double>();
   for (index_t i = 0; i < near.normals.cols(); ++i) {
     const double square = near.normals.col(i).squaredNorm();
@@ -67,13 +67,15 @@ class pair_adder {
              const point_vector<double, D>& center)
       : target_{target},
         is_plane_{std::holds_alternative<point_to_plane>(options.metric)},
-        robust_{options.robust},
+        is_robust_{static_cast<bool>(options.robust)},
+        plane_{point_to_plane{}, 1, unit_weight{}, options.robust},
+        point_{point_to_point{}, 1, unit_weight{}, options.robust},
         center_{center},
         stop_{options.monitor.stop} {}
 
   [[nodiscard]] const survey_around<S, D>& target() const { return target_; }
   [[nodiscard]] const std::stop_token& stop() const { return stop_; }
-  [[nodiscard]] bool is_in_closed_form() const { return !is_plane_ && !robust_; }
+  [[nodiscard]] bool is_in_closed_form() const { return !is_plane_ && !is_robust_; }
   [[nodiscard]] near_points<D> load(const tile_key& square) const {
     return ready(target_.around(square, stop_), is_plane_);
   }
@@ -108,9 +110,9 @@ class pair_adder {
       sums.add_place(1, 1, place);
       sums.add_match(place, pair.target - center_);
     } else if (is_plane_) {
-      add_rows(weighted_term{point_to_plane{}, 1, unit_weight{}, robust_}, pair, distance, sums);
+      add_rows(plane_, pair, distance, sums);
     } else {
-      add_rows(weighted_term{point_to_point{}, 1, unit_weight{}, robust_}, pair, distance, sums);
+      add_rows(point_, pair, distance, sums);
     }
   }
   template <class Metric>
@@ -129,8 +131,9 @@ class pair_adder {
   }
 
   const survey_around<S, D>& target_;
-  bool is_plane_;
-  robust_kernel robust_;
+  bool is_plane_, is_robust_;
+  weighted_term<point_to_plane, unit_weight, robust_kernel> plane_;
+  weighted_term<point_to_point, unit_weight, robust_kernel> point_;
   vector center_;
   std::stop_token stop_;
 };

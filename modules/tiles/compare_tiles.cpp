@@ -2,7 +2,6 @@
 module;
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <memory>
 #include <mutex>

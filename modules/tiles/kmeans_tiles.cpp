@@ -2,9 +2,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <numeric>
 #include <tuple>
 #include <vector>

@@ -4,7 +4,6 @@ module;
 #include <array>
 #include <bit>
 #include <compare>
-#include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <vector>

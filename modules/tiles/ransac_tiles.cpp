@@ -3,10 +3,8 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
 module cilantro.tiles;
 

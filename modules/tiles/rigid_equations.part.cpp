@@ -187,9 +187,9 @@ class rigid_equations {
     return all;
   }
 
-  registration_step<transform_type> step_to(const transform_type& current,
-                                            const affine_parts<double, D>& move,
-                                            const vector& mean) const {
+  [[nodiscard]] registration_step<transform_type> step_to(const transform_type& current,
+                                                          const affine_parts<double, D>& move,
+                                                          const vector& mean) const {
     const matrix linear = move.linear * current.linear();
     const vector translation =
         center_ + move.linear * (vector{current.translation()} - center_) + move.translation;
@@ -203,8 +203,8 @@ class rigid_equations {
     return 2 * std::asin(std::fmin(1, (rotation - matrix::Identity()).norm() / std::sqrt(8.0)));
   }
 
-  alignment_fit fit_of(const pair_sums<D>& sums, const square& information,
-                       const normal_solution& solution) const {
+  [[nodiscard]] alignment_fit fit_of(const pair_sums<D>& sums, const square& information,
+                                     const normal_solution& solution) const {
     const auto share = [](double part, double whole) { return whole > 0 ? part / whole : 0.0; };
     alignment_fit fit;
     fit.pairs = sums.pairs;

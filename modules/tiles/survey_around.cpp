@@ -6,7 +6,6 @@ module;
 #include <memory>
 #include <stop_token>
 #include <string>
-#include <utility>
 #include <vector>
 module cilantro.tiles;
 

@@ -6,7 +6,6 @@ module;
 #include <limits>
 #include <optional>
 #include <string_view>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -10,6 +10,7 @@
 //                                               writing, as that of `run` is
 //   survey_cilantro hash OUT                    the hash of what `run` wrote, to compare with that
 //                                               of `whole`
+//   survey_cilantro sums TILES OTHERS MEMORY_MB    what all points decide; OTHERS of another seed
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -145,6 +146,42 @@ std::uint64_t memory_of(const char* megabytes) {
   return std::strtoull(megabytes, nullptr, 10) * 1'000'000;
 }
 
+/// What all points of a survey decide together, and those of another one of the same place.
+void sum_up(const char* files, const char* others, std::uint64_t memory) {
+  const auto survey = open_tiles<float>(files, {.memory = memory});
+  const auto other = open_tiles<float>(others, {.memory = memory});
+  const auto points = survey.size();
+  const auto timed = [&](const char* what, auto f) {
+    const measured part;
+    const auto result = f();
+    part.report(what, points);
+    return result;
+  };
+  const auto of_all = timed("moments", [&] { return mean_and_covariance(survey); });
+  const auto values = timed("statistics", [&] { return statistics_of(survey, "intensity"); });
+  const auto change =
+      timed("compared", [&] { return compare(survey, other, {.max_distance = 1}); });
+  const auto centers =
+      timed("k-means, 8 centres", [&] { return kmeans(survey, 8, {.max_iterations = 10}); });
+  const auto plane =
+      timed("plane", [&] { return ransac_hyperplane(survey, {.max_residual = 0.5}); });
+  const box part{
+      .lower = (of_all->mean.cast<double>() + survey.origin() - Eigen::Vector3d::Constant(150))
+                   .head<2>()
+                   .eval(),
+      .upper = (of_all->mean.cast<double>() + survey.origin() + Eigen::Vector3d::Constant(150))
+                   .head<2>()
+                   .eval()};
+  auto scan = other.read_box(part);
+  scan.points.colwise() += Eigen::Vector3f{0.2f, -0.1f, 0.1f};
+  const auto found = timed("aligned", [&] { return align(scan, survey, {.max_distance = 1}); });
+  std::printf(
+      "mean z %g, intensity %g, %g of the points within 1 m, %d moves of centres, "
+      "%td on a plane, a scan of %td points in %d iterations\n",
+      double(of_all->mean.z()), values->mean, change.overlap, centers.iterations,
+      plane ? plane->inliers : 0, scan.size(), found.iterations);
+}
+
 int run(int argc, char** argv) {
   const std::string_view what = argc > 1 ? argv[1] : "";
   const measured all;
@@ -176,6 +213,8 @@ int run(int argc, char** argv) {
     const auto tiled = open_tiles<float>(argv[2]).read();
     std::printf("%td points from tiles, hash %016llx\n", tiled.size(),
                 static_cast<unsigned long long>(hash_of(tiled)));
+  } else if (what == "sums" && argc == 5) {
+    sum_up(argv[2], argv[3], memory_of(argv[4]));
   } else {
     std::cerr << "usage: the head of benchmarks/survey.cpp\n";
     return 2;

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+//
+// What several passes over all tiles share. Internal.
+module;
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <utility>
+#include <vector>
+module cilantro.tiles:tile_sums;
+
+import cilantro.core;
+import cilantro.cloud;
+import :communicator;
+import :limits;
+import :ranks;
+import :reduce_tiles;
+import :running;
+import :survey;
+import :tiled_cloud;
+
+namespace cilantro {
+
+/// The cloud with steps whose limits are decided once, for any number of passes.
+template <Scalar S, int D>
+tiled_cloud<S, D> with_decided_steps(const tiled_cloud<S, D>& cloud, const task_monitor& monitor) {
+  return {cloud.survey(), with_limits(cloud, monitor), cloud.ranks()};
+}
+
+/// Adds up what `visit(points, sums)` adds to sums for the points of each tile, by several threads
+/// and by all ranks. `more_memory(t)` is what visiting tile number t takes beside its points.
+/// Precondition: the limits of the steps are decided.
+template <TileSum T, Scalar S, int D, class F>
+std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<T>& zeros,
+                              const std::function<std::uint64_t(index_t)>& more_memory,
+                              const task_monitor& monitor, F visit) {
+  const auto& survey = *cloud.survey();
+  auto sums = zeros;
+  std::mutex mutex;
+  on_all_ranks(cloud.ranks().get(), [&] {
+    run_all<D>(
+        survey, cloud.ranks().get(), all_tiles(survey),
+        [&](index_t t) {
+          return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0) + more_memory(t);
+        },
+        [&](index_t t) {
+          auto points = run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop);
+          if (points.empty()) return;
+          auto found = zeros;
+          visit(std::move(points), found);
+          const std::scoped_lock lock{mutex};
+          for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += found[s];
+        },
+        monitor);
+  });
+  add_up_over_ranks(cloud.ranks().get(), sums);
+  return sums;
+}
+/// As above, where visiting takes no more memory than the work on a tile.
+template <TileSum T, Scalar S, int D, class F>
+std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<T>& zeros,
+                              const task_monitor& monitor, F visit) {
+  return sum_over_tiles(cloud, zeros, [](index_t) { return std::uint64_t{0}; }, monitor, visit);
+}
+
+}  // namespace cilantro

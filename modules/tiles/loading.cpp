@@ -19,10 +19,12 @@ import :survey;
 namespace cilantro {
 namespace {
 
-/// The indices of numbers, in ascending order, and of equal ones as they come. Numbers of a few
-/// sequences that ascend are merged.
-index_list ascending(std::span<const std::uint64_t> numbers) {
-  using numbered = std::pair<std::uint64_t, std::int32_t>;
+/// A number and its index.
+using numbered = std::pair<std::uint64_t, std::int32_t>;
+
+/// Numbers in ascending order, and equal ones as they come. Those of a few sequences that ascend
+/// are merged.
+std::vector<numbered> ascending(std::span<const std::uint64_t> numbers) {
   std::vector<numbered> all(numbers.size()), next(numbers.size());
   std::vector<std::size_t> ends;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -41,9 +43,7 @@ index_list ascending(std::span<const std::uint64_t> numbers) {
     all.swap(next);
     ends = std::move(merged_ends);
   }
-  index_list indices(all.size());
-  std::ranges::transform(all, indices.begin(), &numbered::second);
-  return indices;
+  return all;
 }
 
 /// Points of one file after the other.
@@ -83,9 +83,11 @@ class region_loader {
     parts_.clear();
     all.cloud.origin = survey_.origin;
     if (!std::ranges::is_sorted(all.order)) {
-      const auto indices = ascending(all.order);
+      const auto sorted = ascending(all.order);
+      index_list indices(sorted.size());
+      std::ranges::transform(sorted, indices.begin(), &numbered::second);
+      std::ranges::transform(sorted, all.order.begin(), &numbered::first);
       all.cloud = select(all.cloud, indices);
-      std::ranges::sort(all.order);
     }
     return all;
   }

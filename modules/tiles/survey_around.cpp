@@ -111,7 +111,7 @@ void survey_around<S, D>::for_each_square(
   };
   on_all_ranks(ranks_.get(), [&] {
     run_all<D>(
-        as_tiles, ranks_.get(), all_tiles(as_tiles),
+        as_tiles, ranks_.get(), all_tiles(as_tiles), as_tiles.threads,
         [&](index_t t) { return memory_around(square_of_tile(t)); },
         [&](index_t t) { work(square_of_tile(t), *places[t]); }, monitor);
   });

@@ -39,7 +39,7 @@ std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<
   std::mutex mutex;
   on_all_ranks(cloud.ranks().get(), [&] {
     run_all<D>(
-        survey, cloud.ranks().get(), all_tiles(survey),
+        survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
         [&](index_t t) {
           return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0) + more_memory(t);
         },

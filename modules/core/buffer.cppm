@@ -19,34 +19,41 @@ void deallocate_large(void* memory) noexcept;
 /// An allocator that leaves new elements of a trivial type uninitialised, for memory that will be
 /// written at once; large blocks in large pages.
 export template <class T>
-struct uninitialized_allocator : std::allocator<T> {
+struct uninitialized_allocator {
+  using value_type = T;
+
+  uninitialized_allocator() = default;
   template <class U>
-  struct rebind {
-    using other = uninitialized_allocator<U>;
-  };
+  uninitialized_allocator(const uninitialized_allocator<U>&) noexcept {}
+
+  /// Room for `n` elements. Throws `std::bad_alloc`.
   [[nodiscard]] T* allocate(std::size_t n) {
-    if (!is_large(n)) return std::allocator<T>::allocate(n);
+    if (!is_large(n)) return std::allocator<T>{}.allocate(n);
     if (n > std::numeric_limits<std::ptrdiff_t>::max() / sizeof(T))
       throw std::bad_array_new_length{};
     return static_cast<T*>(detail::allocate_large(n * sizeof(T)));
   }
+  /// Gives back what `allocate(n)` has returned.
   void deallocate(T* memory, std::size_t n) noexcept {
     if (is_large(n))
       detail::deallocate_large(memory);
     else
-      std::allocator<T>::deallocate(memory, n);
+      std::allocator<T>{}.deallocate(memory, n);
   }
   template <class U>
-  void construct(U* p) noexcept {
+  void construct(U* p) noexcept(std::is_nothrow_default_constructible_v<U>) {
     ::new (static_cast<void*>(p)) U;
   }
   template <class U, class... Args>
   void construct(U* p, Args&&... args) {
     std::construct_at(p, std::forward<Args>(args)...);
   }
+  friend bool operator==(uninitialized_allocator, uninitialized_allocator) { return true; }
 
  private:
-  static constexpr bool is_large(std::size_t n) { return n >= detail::large_memory / sizeof(T); }
+  static constexpr bool is_large(std::size_t n) {
+    return n > 0 && n >= detail::large_memory / sizeof(T);
+  }
 };
 
 /// A `std::vector` whose `resize` does not initialise the elements that it adds.

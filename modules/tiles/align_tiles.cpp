@@ -166,8 +166,10 @@ class scan_pairs {
     });
     // What is kept leaves room for the largest square.
     std::uint64_t largest = 0;
-    for (const auto& [square, indices] : squares)
-      largest = std::max(largest, adder_.target().memory_around(square));
+    on_all_ranks(adder_.target().ranks(), [&] {
+      for (const auto& [square, indices] : squares)
+        largest = std::max(largest, adder_.target().memory_around(square));
+    });
     const auto to_keep = (adder_.target().memory() - largest) / 2;
     std::vector<pair_sums<D>> sums(1);
     std::mutex mutex;
@@ -278,6 +280,16 @@ survey_pairs<S, D> pairs_between(const tiled_cloud<S, D>& survey, const pair_add
   return {survey, adder};
 }
 
+/// Those who share the work.
+template <Scalar S, int D>
+const process_group* ranks_of(const point_cloud<S, D>&, const tiled_cloud<S, D>& target) {
+  return target.ranks().get();
+}
+template <Scalar S, int D>
+const process_group* ranks_of(const tiled_cloud<S, D>& source, const tiled_cloud<S, D>&) {
+  return source.ranks().get();
+}
+
 /// Whether the points have normals after all steps, as the smallest tile that has points tells.
 template <Scalar S, int D>
 bool has_normals(const tiled_cloud<S, D>& cloud, const std::stop_token& stop) {
@@ -345,15 +357,26 @@ icp_result<rigid_transform<double, D>> align_any(const Source& source,
     const auto searcher = pairs_between(source, adder);
     const rigid_equations<D> equations{adder.is_in_closed_form(), options.solver, center,
                                        non_finite_of(source)};
+    // What is the caller's may throw, or ask for a stop, on one rank: no other must wait for it.
+    const process_group* const ranks = ranks_of(source, target);
     icp_options<transform_type> how{.max_iterations = options.max_iterations,
-                                    .tolerance = options.tolerance,
-                                    .monitor = options.monitor};
-    if (options.observer)
-      how.observer = [&](const icp_iteration<transform_type>& now) {
+                                    .tolerance = options.tolerance};
+    how.observer = [&](const icp_iteration<transform_type>& now) {
+      on_all_ranks(ranks, [&] {
+        if (options.monitor.stop.stop_requested()) throw cancelled{};
         const any_transform reached = now.transform;
-        options.observer({now.number, reached, now.change, now.fit});
-      };
-    return icp(searcher, equations, start, how);
+        if (options.observer) options.observer({now.number, reached, now.change, now.fit});
+        if (options.monitor.progress && now.number < options.max_iterations)
+          options.monitor.progress(double(now.number) / double(options.max_iterations));
+      });
+    };
+    on_all_ranks(ranks, [&] {
+      if (options.monitor.stop.stop_requested()) throw cancelled{};
+    });
+    auto result = icp(searcher, equations, start, how);
+    if (options.monitor.progress && result.status != icp_status::cancelled)
+      options.monitor.progress(1);
+    return result;
   } catch (const cancelled&) {
     icp_result<transform_type> result;
     result.transform = start;

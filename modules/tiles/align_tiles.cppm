@@ -38,14 +38,16 @@ export template <Scalar S, int D>
                                                            const align_options& options);
 
 /// How well a scan in memory, or a survey, lies on a survey under a transform relative to
-/// `target.origin()`: the figures that `align` returns for its result.
+/// `target.origin()`: the figures that `align` returns for its result. Throws `cancelled`.
 export template <Scalar S, int D, class Source>
   requires std::same_as<Source, point_cloud<S, D>> || std::same_as<Source, tiled_cloud<S, D>>
 [[nodiscard]] alignment_fit evaluate(const Source& source, const tiled_cloud<S, D>& target,
                                      const any_transform& transform, align_options options) {
   options.initial = transform;
   options.max_iterations = 0;
-  return align(source, target, options);
+  const auto found = align(source, target, options);
+  if (found.status == icp_status::cancelled) throw cancelled{};
+  return found;
 }
 
 /// The transform that `align` has found onto a survey, as one of world coordinates:

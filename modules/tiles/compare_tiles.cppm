@@ -78,6 +78,9 @@ export template <Scalar S, int D>
 [[nodiscard]] distances_to_step<S, D> distances_to(const tiled_cloud<S, D>& target,
                                                    const distances_to_options& options);
 
+template <Scalar S, int D>
+inline constexpr bool keeps_points<distances_to_step<S, D>> = true;
+
 #define CILANTRO_COMPILED_ELSEWHERE(S, D) extern template struct distances_to_step<S, D>;
 CILANTRO_COMPILED_ELSEWHERE(float, 2)
 CILANTRO_COMPILED_ELSEWHERE(float, 3)

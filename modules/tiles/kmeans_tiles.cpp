@@ -2,6 +2,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <numeric>
 #include <tuple>
 #include <vector>
@@ -10,6 +11,7 @@ module cilantro.tiles;
 import cilantro.eigen;
 import cilantro.clustering;
 import :place_sample;
+import :ranks;
 import :survey;
 import :tile_sums;
 
@@ -57,7 +59,8 @@ class survey_kmeans {
  public:
   survey_kmeans(const tiled_cloud<S, D>& cloud, const kmeans_options& options)
       : options_{options},
-        monitor_{in_passes(options.monitor, passes_of_limits(cloud) + 2 + options.max_iterations)},
+        monitor_{in_passes(options.monitor, passes_of_limits(cloud) + 2 +
+                                                std::min(options.max_iterations, 1 << 20))},
         cloud_{with_decided_steps(cloud, monitor_)} {}
 
   [[nodiscard]] point_matrix<S, D> starts(index_t k) const {
@@ -69,7 +72,12 @@ class survey_kmeans {
     expects(sample.points >= k, "kmeans: there must be at least k points");
     auto of_sample = options_;
     of_sample.monitor = {{}, options_.monitor.stop};
-    return kmeans(sample.places, std::min(k, index_t(sample.places.cols())), of_sample).centroids;
+    point_matrix<S, D> found;
+    on_all_ranks(cloud_.ranks().get(), [&] {
+      found =
+          kmeans(sample.places, std::min(k, index_t(sample.places.cols())), of_sample).centroids;
+    });
+    return found;
   }
 
   [[nodiscard]] survey_kmeans_result<S, D> run(point_matrix<S, D> centers) const {
@@ -97,8 +105,10 @@ class survey_kmeans {
   [[nodiscard]] all_sums measured(const point_matrix<S, D>& centers) const {
     const survey_kmeans_result<S, D> nearest{centers, {}};
     return sum_over_tiles(
-        cloud_, all_sums(centers.cols()), monitor_,
-        [&](const point_cloud<S, D>& points, all_sums& sums) {
+        cloud_, all_sums(centers.cols()),
+        [&](index_t) { return std::uint64_t(centers.cols()) * sizeof(center_sums<D>); }, monitor_,
+        [&](point_cloud<S, D> points, all_sums& sums) {
+          relate_to(cloud_.origin(), points);
           const auto labels = nearest.assign(points.points);
           for (index_t i = 0; i < points.size(); ++i) {
             if (labels[i] < 0) continue;

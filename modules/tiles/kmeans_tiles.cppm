@@ -51,7 +51,8 @@ struct survey_kmeans_result {
 export template <Scalar S, int D>
 [[nodiscard]] survey_kmeans_result<S, D> kmeans(const tiled_cloud<S, D>& cloud, index_t k,
                                                 const kmeans_options& options = {});
-/// As above, from given centres, `Dim × k` and relative to `cloud.origin()`, without a sample.
+/// As above, from given centres, `Dim × k` and relative to `cloud.origin()`, without a sample,
+/// so that `.start`, `.restarts` and `.seed` choose nothing.
 /// Throws `invalid_input` also for centres that are not finite.
 export template <Scalar S, int D>
 [[nodiscard]] survey_kmeans_result<S, D> kmeans(

@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -78,6 +79,8 @@ class region_loader {
   }
 
   loaded_points<S, D> result() && {
+    expects(std::ssize(order_) <= std::numeric_limits<std::int32_t>::max(),
+            "a tile with its surroundings has 2^31 points or more: open it with a smaller .edge");
     for (std::size_t i = 1; i < parts_.size(); ++i) parts_[i].comments.clear();
     loaded_points<S, D> all{append_all(parts_), std::move(order_)};
     parts_.clear();

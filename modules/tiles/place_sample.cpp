@@ -5,6 +5,7 @@ module;
 #include <bit>
 #include <compare>
 #include <cstdint>
+#include <iterator>
 #include <mutex>
 #include <vector>
 module cilantro.tiles;
@@ -44,6 +45,16 @@ void keep_least(std::vector<T>& all, index_t count) {
   if (std::ssize(all) > count) all.resize(count);
 }
 
+/// The `count` least of two that are sorted, each once.
+template <class T>
+std::vector<T> least_of(const std::vector<T>& a, const std::vector<T>& b, index_t count) {
+  std::vector<T> all;
+  all.reserve(a.size() + b.size());
+  std::ranges::set_union(a, b, std::back_inserter(all));
+  if (std::ssize(all) > count) all.resize(count);
+  return all;
+}
+
 }  // namespace
 
 template <Scalar S, int D>
@@ -53,7 +64,8 @@ place_sample<S, D> sample_places(const tiled_cloud<S, D>& cloud, index_t count, 
   std::vector<entry> least;
   std::mutex mutex;
   const auto points = sum_over_tiles(cloud, std::vector<index_t>{0}, monitor,
-                                     [&](const point_cloud<S, D>& tile, std::vector<index_t>& sum) {
+                                     [&](point_cloud<S, D> tile, std::vector<index_t>& sum) {
+                                       relate_to(cloud.origin(), tile);
                                        std::uint64_t highest = ~std::uint64_t{0};
                                        {
                                          const std::scoped_lock lock{mutex};
@@ -69,8 +81,7 @@ place_sample<S, D> sample_places(const tiled_cloud<S, D>& cloud, index_t count, 
                                        }
                                        keep_least(found, count);
                                        const std::scoped_lock lock{mutex};
-                                       least.insert(least.end(), found.begin(), found.end());
-                                       keep_least(least, count);
+                                       least = least_of(least, found, count);
                                      });
   least = gather_all(cloud.ranks().get(), least);
   keep_least(least, count);

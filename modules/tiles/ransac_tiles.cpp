@@ -12,6 +12,7 @@ import cilantro.eigen;
 import cilantro.consensus;
 import :exact_moments;
 import :place_sample;
+import :ranks;
 import :survey;
 import :tile_sums;
 
@@ -59,7 +60,8 @@ std::vector<plane_sums<D>> measured(const tiled_cloud<S, D>& cloud,
                                     const std::vector<hyperplane_model<D>>& planes,
                                     double max_residual, const task_monitor& monitor) {
   return sum_over_tiles(cloud, std::vector<plane_sums<D>>(planes.size()), monitor,
-                        [&](const point_cloud<S, D>& points, std::vector<plane_sums<D>>& sums) {
+                        [&](point_cloud<S, D> points, std::vector<plane_sums<D>>& sums) {
+                          relate_to(cloud.origin(), points);
                           for (index_t i = 0; i < points.size(); ++i) {
                             const point_vector<double, D> point =
                                 points.points.col(i).template cast<double>();
@@ -83,16 +85,20 @@ std::optional<survey_plane<D>> ransac_hyperplane(const tiled_cloud<S, D>& cloud,
   const auto monitor =
       in_passes(options.monitor, passes_of_limits(cloud) + 2 + (options.refit ? most_fits : 0));
   auto of_sample = options;
-  of_sample.monitor = {{}, options.monitor.stop};
-  of_sample.min_inliers = 0;
+  of_sample.monitor = {};
   // Before any pass: options that make no sense are told at once.
   const Eigen::Matrix<double, D, 1> nothing = Eigen::Matrix<double, D, 1>::Zero();
-  (void)ransac(hyperplane_family{nothing}, options);
+  (void)ransac(hyperplane_family{nothing}, of_sample);
 
   const auto from = with_decided_steps(cloud, monitor);
   const auto sample = sample_places(from, places_looked_at, options.seed, monitor);
   const point_matrix<double, D> places = sample.places.template cast<double>();
-  const auto found = sequential_ransac(hyperplane_family{places}, planes_compared, of_sample);
+  of_sample.min_inliers = 0;
+  of_sample.monitor.stop = options.monitor.stop;
+  decltype(sequential_ransac(hyperplane_family{places}, planes_compared, of_sample)) found;
+  on_all_ranks(from.ranks().get(), [&] {
+    found = sequential_ransac(hyperplane_family{places}, planes_compared, of_sample);
+  });
   const auto end_with = [&](std::optional<survey_plane<D>> result) {
     if (options.monitor.progress) options.monitor.progress(1);
     return result;

@@ -79,6 +79,8 @@ export template <Scalar S, int D, TileSum T, std::invocable<tile<S, D>&, std::ve
       [&](tile<S, D>& t) {
         auto found = zeros;
         visit(t, found);
+        expects(found.size() == zeros.size(),
+                "reduce_tiles: visit must leave the number of sums as it is");
         const std::scoped_lock lock{mutex};
         for (index_t s = 0; s < std::ssize(sums); ++s) sums[s] += found[s];
       },

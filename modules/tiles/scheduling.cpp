@@ -9,7 +9,6 @@ module;
 #include <mutex>
 #include <optional>
 #include <span>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -61,7 +60,7 @@ class crew {
           changed_.notify_all();
         });
         ++at_work_;
-      } catch (const std::system_error&) {
+      } catch (...) {
         if (others.empty()) throw;
         break;  // Fewer threads give the same results.
       }

@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -58,6 +59,8 @@ survey_around<S, D>::survey_around(const tiled_cloud<S, D>& cloud, double edge, 
 
 template <Scalar S, int D>
 places_by_square survey_around<S, D>::by_square(const point_matrix<double, D>& places) const {
+  expects(places.cols() <= std::numeric_limits<std::int32_t>::max(),
+          "a cloud that is compared with a survey must have fewer than 2^31 points");
   places_by_square squares;
   const auto& bounds = survey_->bounds;
   for (index_t i = 0; i < places.cols(); ++i) {

@@ -11,6 +11,7 @@ module cilantro.tiles;
 import cilantro.eigen;
 import :exact_moments;
 import :survey;
+import :tile_sums;
 
 namespace cilantro {
 namespace {
@@ -48,7 +49,8 @@ std::optional<moments<S, D>> mean_and_covariance(const tiled_cloud<S, D>& cloud,
                                                  const reduce_tiles_options& options) {
   const auto all = reduce_tiles(
       cloud, halo{0}, moment_sums<D>{},
-      [](const tile<S, D>& t, moment_sums<D>& sums) {
+      [origin = cloud.origin()](tile<S, D>& t, moment_sums<D>& sums) {
+        relate_to(origin, t.cloud);
         for (const index_t i : t.inside) sums.add(t.cloud.points.col(i));
       },
       options);

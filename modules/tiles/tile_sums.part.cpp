@@ -5,6 +5,7 @@ module;
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <vector>
 module cilantro.tiles:tile_sums;
@@ -20,6 +21,16 @@ import :survey;
 import :tiled_cloud;
 
 namespace cilantro {
+
+/// Makes the points of a tile relative to the origin of the survey, which a step that moves points
+/// has changed.
+template <Scalar S, int D>
+void relate_to(const point_vector<double, D>& origin, point_cloud<S, D>& cloud) {
+  const point_vector<double, D> shift = cloud.full_origin() - origin;
+  if (!shift.isZero(0))
+    cloud.points = (cloud.points.template cast<double>().colwise() + shift).template cast<S>();
+  cloud.origin = origin;
+}
 
 /// The cloud with steps whose limits are decided once, for any number of passes.
 template <Scalar S, int D>
@@ -41,7 +52,14 @@ std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<
     run_all<D>(
         survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
         [&](index_t t) {
-          return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0) + more_memory(t);
+          const auto needed =
+              memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0) + more_memory(t);
+          expects(needed <= survey.memory,
+                  "a tile, with what is summed up or looked at for it, needs " +
+                      std::to_string(needed / 1'000'000) +
+                      " MB, more than .memory of open_tiles: " +
+                      "have more memory, or a smaller .edge");
+          return needed;
         },
         [&](index_t t) {
           auto points = run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop);

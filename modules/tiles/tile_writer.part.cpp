@@ -51,6 +51,16 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud,
 /// Throws `invalid_input` unless all ranks say the same.
 void expect_same(const process_group* ranks, const std::string& what);
 
+/// What has been written, opened by each rank: a file system may show it to one later than to
+/// others.
+template <Scalar S, int D>
+tiled_cloud<S, D> opened_by_all(const std::filesystem::path& folder, const tile_options& how,
+                                const std::shared_ptr<const process_group>& ranks) {
+  std::optional<tiled_cloud<S, D>> opened;
+  on_all_ranks(ranks.get(), [&] { opened = open_tiles<S, D>(folder, how); });
+  return {opened->survey(), {}, ranks};
+}
+
 /// All tiles of a cloud, none of whose steps measures, into one folder.
 template <Scalar S, int D>
 class tile_writer {

@@ -315,7 +315,7 @@ tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::pa
   const auto& survey = *cloud.survey();
   const tile_options how{.memory = survey.memory, .threads = survey.threads};
   if (options.resume && is_complete<D>(ranks.get(), folder, what))
-    return {open_tiles<S, D>(folder, how).survey(), {}, ranks};
+    return opened_by_all<S, D>(folder, how, ranks);
   std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] {
     lock = make_folder(folder, options.resume);
@@ -328,7 +328,7 @@ tiled_cloud<S, D> write_clusters_by(const tiled_cloud<S, D>& cloud, const fs::pa
                           {.format = options.format, .resume = true, .monitor = monitor});
   cluster_writer<S, D>{from, folder, rule, monitor}.write(what, options);
   on_first_rank(ranks.get(), [&] { remove_leftovers(folder); });
-  return {open_tiles<S, D>(folder, how).survey(), {}, ranks};
+  return opened_by_all<S, D>(folder, how, ranks);
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                        \

@@ -87,7 +87,7 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
   const auto& survey = *cloud.survey();
   const tile_options how{.memory = survey.memory, .threads = survey.threads};
   if (options.resume && is_complete<D>(ranks.get(), folder, what))
-    return {open_tiles<S, D>(folder, how).survey(), {}, ranks};
+    return opened_by_all<S, D>(folder, how, ranks);
   std::unique_ptr<folder_lock> lock;
   on_first_rank(ranks.get(), [&] { lock = make_folder(folder, options.resume); });
 
@@ -118,17 +118,15 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       tile_writer<S, D>{
           {from.survey(), std::move(before), ranks}, pass, noting_what, true, options, monitor}
           .write();
-    const auto written = open_tiles<S, D>(pass, how);
-    const tiled_cloud<S, D> noted{written.survey(), {}, ranks};
+    const auto noted = opened_by_all<S, D>(pass, how, ranks);
     std::vector<tile_step<S, D>> after{
         keeping_noted(*next, next->limit(noted_statistics(noted, monitor)))};
     after.insert(after.end(), next + 1, steps.end());
-    from = {written.survey(), std::move(after), ranks};
+    from = {noted.survey(), std::move(after), ranks};
   }
   tile_writer<S, D>{from, folder, what, is_local, options, monitor}.write();
   on_first_rank(ranks.get(), [&] { remove_leftovers(folder); });
-  const auto written = open_tiles<S, D>(folder, how);
-  return {written.survey(), {}, ranks};
+  return opened_by_all<S, D>(folder, how, ranks);
 }
 
 template <Scalar S, int D>

@@ -254,3 +254,56 @@ TEST_CASE("what cannot be aligned is told, and bad data is a status") {
   CHECK(share == 1);
   CHECK(seen == found.iterations);
 }
+
+TEST_CASE(
+    "a stop that one rank is told, or an observer of one that throws, keeps no other waiting") {
+  const scene s;
+  const align_options options{.max_distance = 1.5};
+  for (const int way : {0, 1, 2}) {
+    INFO(way);
+    std::mutex mutex;
+    int cancelled_ones = 0, others = 0;
+    test::in_process_ranks job{3};
+    const auto work = [&](auto& world) {
+      std::stop_source stop;
+      auto mine = options;
+      if (world.rank() == 1) {
+        mine.monitor.stop = stop.get_token();
+        if (way == 0) stop.request_stop();
+        mine.observer = [&](const align_iteration&) {
+          if (way == 1) stop.request_stop();
+          if (way == 2) throw std::runtime_error{"seen enough"};
+        };
+      }
+      const auto map = open_tiles<double>(s.folder / "map.ply", {.edge = 10}).on(world);
+      bool is_cancelled = false;
+      std::string said;
+      try {
+        is_cancelled = align(s.scan, map, mine).status == icp_status::cancelled;
+      } catch (const std::runtime_error& error) {
+        said = error.what();
+      }
+      const std::scoped_lock lock{mutex};
+      if (world.rank() == 1) {
+        CHECK(is_cancelled == (way < 2));
+        cancelled_ones += is_cancelled;
+      } else {
+        CHECK(said.find("rank 1: ") == 0);
+        ++others;
+      }
+    };
+    job.run(work);
+    CHECK(others == 2);
+    CHECK(cancelled_ones == (way < 2));
+  }
+}
+
+TEST_CASE("figures of an alignment that was stopped are none") {
+  const scene s;
+  const auto map = open_tiles<double>(s.folder / "map.ply", {.edge = 10});
+  std::stop_source stop;
+  stop.request_stop();
+  CHECK_THROWS_AS((void)evaluate(s.scan, map, Eigen::Isometry3d::Identity(),
+                                 {.max_distance = 1.5, .monitor = {.stop = stop.get_token()}}),
+                  cancelled);
+}

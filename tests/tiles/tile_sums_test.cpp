@@ -170,3 +170,34 @@ TEST_CASE("of no point there is nothing, and of one no deviation") {
                                                          }}});
   CHECK(share == 1);
 }
+
+TEST_CASE("what a step has moved is where it has moved to") {
+  const test::temporary_folder folder;
+  auto ground = terrain<double>(2000);
+  ground.origin = Eigen::Vector3d{450'000, 5'400'000, 100};
+  write_las(ground, folder / "a.las", {.scale = Eigen::Vector3d::Constant(0.001)});
+  const auto survey = open_tiles<double>(folder / "a.las", {.edge = 20});
+  const Eigen::Isometry3d away{Eigen::Translation3d{1000, -2000, 50} *
+                               Eigen::AngleAxisd{0.3, Eigen::Vector3d::UnitZ()}};
+  const auto moved = survey | transform(away);
+
+  const auto all = moved.read();
+  const Eigen::Vector3d expected =
+      all.points.rowwise().mean() + (all.full_origin() - survey.origin());
+  CHECK((mean_and_covariance(moved)->mean - expected).norm() < 1e-6);
+
+  const auto parts = kmeans(moved, 1);
+  CHECK((parts.centroids.col(0) - expected).norm() < 1e-6);
+  const auto plane = ransac_hyperplane(moved, {.max_residual = 1000});
+  REQUIRE(plane);
+  CHECK(std::abs(plane->model.signed_distance(expected)) < 1e-3);
+}
+
+TEST_CASE("sums that do not fit beside a tile are refused before the first") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "a.ply");
+  const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 20, .memory = 20_MB});
+  CHECK_THROWS_WITH_AS(
+      (void)kmeans(survey, point_matrix<float, 3>(point_matrix<float, 3>::Random(3, 20'000))),
+      doctest::Contains("more than .memory of open_tiles"), invalid_input);
+}

@@ -72,7 +72,7 @@ class tiled_cloud {
   [[nodiscard]] box bounds() const;
   /// The edge of a tile.
   [[nodiscard]] double edge() const;
-  /// What points are relative to in all clouds that come out of it.
+  /// What points are relative to in all clouds that come out of it, unless steps move them.
   [[nodiscard]] point_vector<double, D> origin() const;
   /// The tiles that may have points after all steps, by x, then y: also those that have none in the
   /// files, but as near as steps look, which may put the mean of points there.

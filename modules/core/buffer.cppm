@@ -41,7 +41,7 @@ struct uninitialized_allocator {
       std::allocator<T>{}.deallocate(memory, n);
   }
   template <class U>
-  void construct(U* p) noexcept(std::is_nothrow_default_constructible_v<U>) {
+  void construct(U* p) noexcept(noexcept(U())) {
     ::new (static_cast<void*>(p)) U;
   }
   template <class U, class... Args>

@@ -14,12 +14,7 @@ namespace cilantro {
 export class disjoint_sets {
  public:
   /// Each number in a set of its own. Throws `invalid_input` for a negative size or above 2³¹ − 1.
-  explicit disjoint_sets(index_t size) {
-    expects(0 <= size && size <= std::numeric_limits<std::int32_t>::max(),
-            "disjoint_sets: there can be at most 2^31 - 1 numbers");
-    parents_.reserve(size);
-    for (index_t i = 0; i < size; ++i) parents_.push_back(static_cast<std::int32_t>(i));
-  }
+  explicit disjoint_sets(index_t size);
 
   [[nodiscard]] index_t size() const { return std::ssize(parents_); }
 

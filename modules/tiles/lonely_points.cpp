@@ -45,24 +45,9 @@ class cell_lists {
     found.first = point;
     return last_;
   }
-  [[nodiscard]] index_t size() const { return std::ssize(cells_); }
-
-  /// Whether there are `needed` points in a cell and those beside it.
-  [[nodiscard]] bool are_around(std::int32_t number, index_t needed) const {
-    const auto& cell = cells_[number];
-    index_t count = cell.count;
-    constexpr int all = D == 2 ? 9 : 27;
-    // Those at the same height first, since most points lie on the ground.
-    constexpr std::array away{0, -1, 1};
-    for (int n = 1; n < all && count < needed; ++n) {
-      auto beside = cell.place;
-      for (int d = 0, rest = n; d < D; ++d, rest /= 3) beside[d] += away[rest % 3];
-      if (const auto found = slots_[slot_of(beside)]; found != none) count += cells_[found].count;
-    }
-    return count >= needed;
-  }
+  [[nodiscard]] index_t count(std::int32_t number) const { return cells_[number].count; }
   /// Calls `visit(point)` for the points in the cells up to `far` away from one, along each axis,
-  /// until it returns false.
+  /// until it returns false; those at the same height first, since most points lie on the ground.
   template <class F>
   void visit_around(const cell_type& cell, std::int32_t far, F visit) const {
     auto beside = cell;
@@ -176,18 +161,15 @@ template <Scalar S, int D>
 index_list lonely_points(const point_matrix<S, D>& points, double distance, index_t needed,
                          const std::function<double(std::int32_t)>& known) {
   using cells_type = cell_lists<D>;
-  // So small that all points of a cell and of those beside it are near each other.
-  const double per_edge = 2 * std::sqrt(double(D)) / (0.999 * distance);
+  // So small that all points of a cell are near each other.
+  const double per_edge = std::sqrt(double(D)) / (0.999 * distance);
   cells_type cells{points.cols()};
   std::vector<std::int32_t> numbers(static_cast<std::size_t>(points.cols()));
   for (index_t i = 0; i < points.cols(); ++i) {
     const auto cell = cell_of<D>(points.col(i), per_edge);
     numbers[i] = cell ? cells.add(static_cast<std::int32_t>(i), *cell) : cells_type::none;
   }
-  enum class verdict : char { none, enough, too_few };
-  std::vector<verdict> verdicts(static_cast<std::size_t>(cells.size()), verdict::none);
   const auto has_enough = [&](index_t i, double within) {
-    within = std::min(within, 2 * distance);
     const auto far = static_cast<std::int32_t>(std::ceil(within * per_edge));
     index_t count = 0;
     cells.visit_around(*cell_of<D>(points.col(i), per_edge), far, [&](std::int32_t j) {
@@ -198,15 +180,10 @@ index_list lonely_points(const point_matrix<S, D>& points, double distance, inde
   };
   index_list lonely;
   for (index_t i = 0; i < points.cols(); ++i) {
-    const auto number = numbers[i];
-    if (number != cells_type::none) {
-      auto& found = verdicts[number];
-      if (found == verdict::none)
-        found = cells.are_around(number, needed) ? verdict::enough : verdict::too_few;
-      if (found == verdict::enough) continue;
-    }
+    const bool has_cell = numbers[i] != cells_type::none;
+    if (has_cell && cells.count(numbers[i]) >= needed) continue;
     const double within = known(static_cast<std::int32_t>(i));
-    if (within < 0 || (number != cells_type::none && has_enough(i, within))) continue;
+    if (within < 0 || (has_cell && has_enough(i, std::min(within, 2 * distance)))) continue;
     lonely.push_back(static_cast<std::int32_t>(i));
   }
   return lonely;

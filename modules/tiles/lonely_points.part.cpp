@@ -12,7 +12,7 @@ import cilantro.core;
 namespace cilantro {
 
 /// The points that have not certainly `needed` points, itself among them, within what `known(i)`
-/// says is known around them; that is asked for few points only, at least `distance` for all, and
+/// says is known around them; that is asked for some points only, at least `distance` for all, and
 /// negative for those that nobody asks about. Among the result are some that have them, but beyond
 /// 2 · `distance`.
 template <Scalar S, int D>

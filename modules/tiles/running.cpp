@@ -83,12 +83,10 @@ class tile_run {
   }
 
   point_cloud<S, D> operator()() {
-    auto known = region_before(0);
-    auto loaded = load_region<S, D>(survey_, known, stop_);
-    if (foresee(loaded.cloud)) {
-      const auto more = load_region<S, D>(survey_, region_before(0).balls(), stop_, &known);
-      loaded = merged(std::move(loaded), more);
-    }
+    auto loaded =
+        load_region<S, D>(survey_, region_before(0), stop_, [this](point_matrix<S, D> points) {
+          return foresee({.points = std::move(points), .origin = survey_.origin});
+        });
     while (!pass(loaded)) loaded = load_region<S, D>(survey_, region_before(0), stop_);
     return std::move(loaded.cloud);
   }
@@ -153,12 +151,12 @@ class tile_run {
   }
 
   /// Asks for what the first step that looks at nearest points will need around points that are
-  /// alone, as far as the points before all steps tell; whether there is any. That saves doing the
-  /// steps before it twice.
-  bool foresee(const point_cloud<S, D>& cloud) {
+  /// alone, as far as the points before all steps tell, and returns that, if there is any. That
+  /// saves doing the steps before it twice.
+  std::optional<tile_region<D>> foresee(const point_cloud<S, D>& cloud) {
     const auto looks = std::ranges::find_if(
         steps_, [](const tile_step<S, D>& step) { return step.reach.neighbors > 0; });
-    if (looks == steps_.end() || cloud.empty()) return false;
+    if (looks == steps_.end() || cloud.empty()) return std::nullopt;
     const auto s = static_cast<std::size_t>(looks - steps_.begin());
     double coarsest = 0;
     for (const auto& step : steps_.first(s)) coarsest = std::max(coarsest, step.reach.distance);
@@ -166,9 +164,9 @@ class tile_run {
       // With fewer points, the nearest ones are farther away.
       return coarsest > 0 ? 1.02 * distance + 2 * coarsest : distance;
     });
-    if (!unknown || unknown->empty()) return false;
+    if (!unknown || unknown->empty()) return std::nullopt;
     for (const auto& ball : *unknown) wanted_.push_back({s, ball});
-    return true;
+    return region_before(0).balls();
   }
 
   /// Whether, of all points that step `s` must get right, the nearest ones are known, and not just
@@ -288,6 +286,17 @@ double points_around(const tile_survey<D>& survey, const tile_info& tile, double
 }  // namespace
 
 template <Scalar S, int D>
+double likely_border(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
+                     std::size_t first) {
+  // Points are farther apart once some of them are gone.
+  constexpr double thinner = 1.25;
+  double border = 0;
+  const auto margins = first_margins<S, D>(survey, steps, {});
+  for (std::size_t s = first; s < margins.size(); ++s) border += thinner * margins[s];
+  return border;
+}
+
+template <Scalar S, int D>
 std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
                         const tile_info& tile, double halo) {
   double margin = halo;
@@ -312,6 +321,8 @@ std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<
   template point_cloud<S, D> run_tile(const tile_survey<D>&, std::span<const tile_step<S, D>>, \
                                       const tile_info&, double, const std::stop_token&,        \
                                       place_notes);                                            \
+  template double likely_border(const tile_survey<D>&, std::span<const tile_step<S, D>>,       \
+                                std::size_t);                                                  \
   template std::uint64_t memory_of(const tile_survey<D>&, std::span<const tile_step<S, D>>,    \
                                    const tile_info&, double);
 CILANTRO_INSTANTIATE(float, 2)

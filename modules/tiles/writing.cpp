@@ -20,6 +20,7 @@ import :index_file;
 import :limits;
 import :places;
 import :ranks;
+import :running;
 import :survey;
 import :tile_writer;
 import :work_folder;
@@ -114,10 +115,17 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       if (failure) throw io_error{pass, "cannot be made: " + failure.message()};
     });
     const auto noting_what = what + ", put aside with what " + next->name + " measures";
-    if (!is_complete<D>(ranks.get(), pass, noting_what))
-      tile_writer<S, D>{
-          {from.survey(), std::move(before), ranks}, pass, noting_what, true, options, monitor}
+    if (!is_complete<D>(ranks.get(), pass, noting_what)) {
+      const double border = likely_border<S, D>(*from.survey(), steps, before.size());
+      tile_writer<S, D>{{from.survey(), std::move(before), ranks},
+                        pass,
+                        noting_what,
+                        true,
+                        options,
+                        monitor,
+                        border}
           .write();
+    }
     const auto noted = opened_by_all<S, D>(pass, how, ranks);
     std::vector<tile_step<S, D>> after{
         keeping_noted(*next, next->limit(noted_statistics(noted, monitor)))};

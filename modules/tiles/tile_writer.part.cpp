@@ -65,7 +65,8 @@ tiled_cloud<S, D> opened_by_all(const std::filesystem::path& folder, const tile_
 template <Scalar S, int D>
 class tile_writer {
  public:
-  /// Of points that are put aside, other tiles will read those up to `border` away from a side.
+  /// Of points that are put aside, other tiles will read those up to `border` away from a side. The
+  /// cloud must live as long as this.
   tile_writer(const tiled_cloud<S, D>& cloud, const std::filesystem::path& folder,
               const std::string& what, bool is_local, const write_tiles_options& options,
               const task_monitor& monitor, double border = 0)
@@ -88,13 +89,18 @@ class tile_writer {
         files_[file.path.filename().string()] = std::move(file);
       }
     });
+    has_begun_ = !files_.empty();
     on_first_rank(ranks_, [&] { remove_files(folder, part_ending); });
     on_all_ranks(ranks_, [&] { notes_.emplace(folder, what, ranks_ ? ranks_->rank : 0); });
   }
 
+  /// Whether some tiles are there already, of a run that goes on.
+  [[nodiscard]] bool has_begun() const { return has_begun_; }
+
   /// Writes all tiles that are not there yet, by `make` if it is given: the points of tile number
-  /// t.
-  void write(const std::function<point_cloud<S, D>(index_t)>& make = {}) {
+  /// t. `look` is shown each of them, by several threads at once.
+  void write(const std::function<point_cloud<S, D>(index_t)>& make = {},
+             const std::function<void(const point_cloud<S, D>&)>& look = {}) {
     std::vector<index_t> left;
     std::map<tile_key, index_t> wanted;
     for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
@@ -113,10 +119,13 @@ class tile_writer {
           survey_, ranks_, left, survey_.threads,
           [&](index_t t) { return memory_of<S, D>(survey_, steps_, survey_.tiles[t], 0); },
           [&](index_t t) {
-            keep(t, make     ? make(t)
-                    : cutter ? cutter->tile(t)
-                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop,
-                                              is_local_ ? place_notes::kept : place_notes::none));
+            auto points = make ? make(t)
+                          : cutter
+                              ? cutter->tile(t)
+                              : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop,
+                                               is_local_ ? place_notes::kept : place_notes::none);
+            if (look) look(points);
+            keep(t, std::move(points));
           },
           monitor);
     });
@@ -194,6 +203,7 @@ class tile_writer {
   const write_tiles_options& options_;
   const task_monitor& monitor_;
   double border_;
+  bool has_begun_ = false;
   std::optional<tile_notes<D>> notes_;
   std::mutex mutex_;
   std::map<std::string, survey_file<D>> files_;  ///< Those that are done, by name.

@@ -43,6 +43,20 @@ T reduce_values(const std::vector<T>& values, std::span<const std::int32_t> memb
 template <std::integral T>
 T reduce_values(const std::vector<T>& values, std::span<const std::int32_t> members,
                 std::vector<T>& room) {
+  // Most cells have one, two or three points.
+  const auto value = [&](std::size_t i) { return values[members[i]]; };
+  switch (members.size()) {
+    case 1:
+      return value(0);
+    case 2:
+      return std::min(value(0), value(1));
+    case 3: {
+      const auto [low, high] = std::minmax({value(0), value(1)});
+      return std::clamp(value(2), low, high);
+    }
+    default:
+      break;
+  }
   room.clear();
   for (const auto i : members) room.push_back(values[i]);
   const auto median = room.begin() + (std::ssize(room) - 1) / 2;
@@ -70,10 +84,10 @@ attribute select(const attribute& all, std::span<const std::int32_t> indices) {
 attribute reduce(const attribute& all, const point_groups& groups) {
   return {all.name, std::visit(
                         [&]<class T>(const std::vector<T>& values) -> attribute_values {
-                          std::vector<T> reduced, room;
-                          reduced.reserve(groups.size());
-                          for (index_t g = 0; g < groups.size(); ++g)
-                            reduced.push_back(reduce_values(values, groups[g], room));
+                          const index_t count = groups.size();
+                          std::vector<T> reduced(static_cast<std::size_t>(count)), room;
+                          for (index_t g = 0; g < count; ++g)
+                            reduced[g] = reduce_values(values, groups[g], room);
                           return reduced;
                         },
                         all.values)};

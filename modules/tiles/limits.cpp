@@ -71,6 +71,12 @@ tile_step<S, D> keeping_noted(const tile_step<S, D>& step, double limit) {
 }
 
 template <Scalar S, int D>
+distance_statistics noted_statistics(const point_cloud<S, D>& tile) {
+  if (tile.empty()) return {};
+  return statistics_of(tile.template attribute_as<double>(noted_name), {.threads = 1});
+}
+
+template <Scalar S, int D>
 distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_monitor& monitor) {
   const auto& survey = *cloud.survey();
   distance_statistics mine;
@@ -80,11 +86,8 @@ distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_
         survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
         [&](index_t t) { return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0); },
         [&](index_t t) {
-          const auto points =
-              run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop);
-          if (points.empty()) return;
-          const auto found =
-              statistics_of(points.template attribute_as<double>(noted_name), {.threads = 1});
+          const auto found = noted_statistics(
+              run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop));
           const std::scoped_lock lock{mutex};
           mine += found;
         },
@@ -118,6 +121,7 @@ std::vector<tile_step<S, D>> with_limits(const tiled_cloud<S, D>& cloud,
 #define CILANTRO_INSTANTIATE(S, D)                                                              \
   template tile_step<S, D> noting(const tile_step<S, D>&);                                      \
   template tile_step<S, D> keeping_noted(const tile_step<S, D>&, double);                       \
+  template distance_statistics noted_statistics(const point_cloud<S, D>&);                      \
   template distance_statistics noted_statistics(const tiled_cloud<S, D>&, const task_monitor&); \
   template std::vector<tile_step<S, D>> with_first_limit(const tiled_cloud<S, D>&,              \
                                                          const task_monitor&);                  \

@@ -22,6 +22,9 @@ tile_step<S, D> noting(const tile_step<S, D>& step);
 template <Scalar S, int D>
 tile_step<S, D> keeping_noted(const tile_step<S, D>& step, double limit);
 
+/// What was noted, of the points of a tile.
+template <Scalar S, int D>
+distance_statistics noted_statistics(const point_cloud<S, D>& tile);
 /// What was noted, of all points of all tiles.
 template <Scalar S, int D>
 distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_monitor& monitor);

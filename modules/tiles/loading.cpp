@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -51,31 +52,24 @@ std::vector<numbered> ascending(std::span<const std::uint64_t> numbers) {
 template <Scalar S, int D>
 class region_loader {
  public:
-  region_loader(const tile_survey<D>& survey, const tile_region<D>& region,
-                const tile_region<D>* without, const std::stop_token& stop)
-      : survey_{survey}, region_{region}, without_{without}, stop_{stop} {}
+  region_loader(const tile_survey<D>& survey, const std::stop_token& stop)
+      : survey_{survey}, stop_{stop} {}
 
-  void load(const survey_file<D>& file) {
-    std::optional<cloud_reader<S, D>> reader;
-    std::uint64_t first = 0, begin = 0;
-    bool is_wanted = false;
-    const auto take_up_to = [&](std::uint64_t end) {
-      if (!reader) {
-        expect_unchanged(file);
-        reader.emplace(file.path, read_options{.monitor = {.stop = stop_}});
-        reader->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
-      }
-      load_range(*reader, file, begin, end);
-    };
-    for (const auto& run : file.runs) {
-      const bool meets = region_.may_meet(run.box);
-      if (meets && !is_wanted) begin = first;
-      if (!meets && is_wanted) take_up_to(first);
-      is_wanted = meets;
-      first += run.count;
+  /// The points of a region that are not in another one, whose points were loaded before.
+  void load(const tile_region<D>& region, const tile_region<D>* known = nullptr) {
+    points_before_ = 0;
+    for (const auto& file : survey_.files) load(file, region, known);
+  }
+
+  /// The places of all points, in no order.
+  [[nodiscard]] point_matrix<S, D> places() const {
+    point_matrix<S, D> all(D, std::ssize(order_));
+    index_t at = 0;
+    for (const auto& part : parts_) {
+      all.middleCols(at, part.size()) = part.points;
+      at += part.size();
     }
-    if (is_wanted) take_up_to(first);
-    points_before_ += file.points;
+    return all;
   }
 
   loaded_points<S, D> result() && {
@@ -96,8 +90,34 @@ class region_loader {
   }
 
  private:
+  void load(const survey_file<D>& file, const tile_region<D>& region, const tile_region<D>* known) {
+    std::optional<cloud_reader<S, D>> reader;
+    std::uint64_t first = 0, begin = 0;
+    bool is_wanted = false;
+    const auto take_up_to = [&](std::uint64_t end) {
+      if (!reader) {
+        expect_unchanged(file);
+        reader.emplace(file.path, read_options{.monitor = {.stop = stop_}});
+        reader->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
+      }
+      load_range(*reader, file, begin, end, region, known);
+    };
+    for (const auto& run : file.runs) {
+      // Boxes were not rounded as points are.
+      const bool meets =
+          region.may_meet(run.box) &&
+          (known == nullptr || !known->contains(run.box, survey_.template slack<S>()));
+      if (meets && !is_wanted) begin = first;
+      if (!meets && is_wanted) take_up_to(first);
+      is_wanted = meets;
+      first += run.count;
+    }
+    if (is_wanted) take_up_to(first);
+    points_before_ += file.points;
+  }
+
   void load_range(cloud_reader<S, D>& reader, const survey_file<D>& file, std::uint64_t first,
-                  std::uint64_t end) {
+                  std::uint64_t end, const tile_region<D>& region, const tile_region<D>* known) {
     constexpr std::uint64_t at_a_time = 16 * points_of_a_run;
     reader.seek(first);
     while (first < end) {
@@ -109,8 +129,8 @@ class region_loader {
       index_list wanted;
       for (index_t i = 0; i < piece.size(); ++i) {
         const auto place = world_of<S, D>(piece.points.col(i), survey_.origin);
-        if (!is_finite(place) || !region_.contains(place)) continue;
-        if (without_ != nullptr && without_->contains(place)) continue;
+        if (!is_finite(place) || !region.contains(place)) continue;
+        if (known != nullptr && known->contains(place)) continue;
         wanted.push_back(static_cast<std::int32_t>(i));
         order_.push_back(places.empty() ? points_before_ + first + static_cast<std::uint64_t>(i)
                                         : places[i]);
@@ -124,8 +144,6 @@ class region_loader {
   }
 
   const tile_survey<D>& survey_;
-  const tile_region<D>& region_;
-  const tile_region<D>* without_;
   const std::stop_token& stop_;
   std::uint64_t points_before_ = 0;
   std::vector<point_cloud<S, D>> parts_;
@@ -135,34 +153,20 @@ class region_loader {
 }  // namespace
 
 template <Scalar S, int D>
-loaded_points<S, D> load_region(const tile_survey<D>& survey, const tile_region<D>& region,
-                                const std::stop_token& stop, const tile_region<D>* without) {
-  region_loader<S, D> loader{survey, region, without, stop};
-  for (const auto& file : survey.files) loader.load(file);
+loaded_points<S, D> load_region(
+    const tile_survey<D>& survey, const tile_region<D>& region, const std::stop_token& stop,
+    const std::function<std::optional<tile_region<D>>(point_matrix<S, D>)>& more) {
+  region_loader<S, D> loader{survey, stop};
+  loader.load(region);
+  if (more)
+    if (const auto also = more(loader.places())) loader.load(*also, &region);
   return std::move(loader).result();
 }
 
-template <Scalar S, int D>
-loaded_points<S, D> merged(loaded_points<S, D> a, const loaded_points<S, D>& b) {
-  if (b.order.empty()) return a;
-  index_list places;
-  std::vector<std::uint64_t> order;
-  places.reserve(a.order.size() + b.order.size());
-  order.reserve(places.capacity());
-  for (std::size_t i = 0, j = 0; i < a.order.size() || j < b.order.size();) {
-    const bool is_first = j == b.order.size() || (i < a.order.size() && a.order[i] < b.order[j]);
-    places.push_back(static_cast<std::int32_t>(is_first ? i : a.order.size() + j));
-    order.push_back(is_first ? a.order[i++] : b.order[j++]);
-  }
-  auto both = append(a.cloud, b.cloud);
-  both.comments = a.cloud.comments;
-  return {select(both, places), std::move(order)};
-}
-
-#define CILANTRO_INSTANTIATE(S, D)                                                         \
-  template loaded_points<S, D> load_region(const tile_survey<D>&, const tile_region<D>&,   \
-                                           const std::stop_token&, const tile_region<D>*); \
-  template loaded_points<S, D> merged(loaded_points<S, D>, const loaded_points<S, D>&);
+#define CILANTRO_INSTANTIATE(S, D)                                          \
+  template loaded_points<S, D> load_region(                                 \
+      const tile_survey<D>&, const tile_region<D>&, const std::stop_token&, \
+      const std::function<std::optional<tile_region<D>>(point_matrix<S, D>)>&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)

@@ -3,6 +3,8 @@
 // Points of files. Internal.
 module;
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <stop_token>
 #include <vector>
 module cilantro.tiles:loading;
@@ -23,14 +25,11 @@ struct loaded_points {
 };
 
 /// The finite points of a region, in the order of the whole, relative to the origin of the survey;
-/// without those of another region, if one is given.
+/// and those of the region that `more` answers with, if it does, when it is given their places in
+/// any order.
 template <Scalar S, int D>
-loaded_points<S, D> load_region(const tile_survey<D>& survey, const tile_region<D>& region,
-                                const std::stop_token& stop,
-                                const tile_region<D>* without = nullptr);
-
-/// The points of both, in the order of the whole.
-template <Scalar S, int D>
-loaded_points<S, D> merged(loaded_points<S, D> a, const loaded_points<S, D>& b);
+loaded_points<S, D> load_region(
+    const tile_survey<D>& survey, const tile_region<D>& region, const std::stop_token& stop,
+    const std::function<std::optional<tile_region<D>>(point_matrix<S, D>)>& more = {});
 
 }  // namespace cilantro

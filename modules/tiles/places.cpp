@@ -134,6 +134,34 @@ void put_aside(point_cloud<S, D>& cloud) {
 }
 
 template <Scalar S, int D>
+std::vector<index_t> sort_by_border(point_cloud<S, D>& cloud, const tile_info& tile, double edge,
+                                    double border) {
+  if (2 * border >= edge ||
+      std::ranges::find(cloud.attributes, place_name, &attribute::name) == cloud.attributes.end())
+    return {cloud.size()};
+  const std::array<std::int64_t, 2> square{tile.x, tile.y};
+  std::array<index_list, 9> parts;
+  for (index_t i = 0; i < cloud.size(); ++i) {
+    std::size_t part = 0;
+    for (int d = 0; d < 2; ++d) {
+      const double in_tile =
+          double(cloud.points(d, i)) + cloud.origin[d] - double(square[d]) * edge;
+      part = 3 * part + (in_tile <= border ? 0 : in_tile < edge - border ? 1 : 2);
+    }
+    parts[part].push_back(static_cast<std::int32_t>(i));
+  }
+  index_list order;
+  std::vector<index_t> ends;
+  order.reserve(static_cast<std::size_t>(cloud.size()));
+  for (const auto& part : parts) {
+    order.insert(order.end(), part.begin(), part.end());
+    ends.push_back(std::ssize(order));
+  }
+  cloud = select(std::move(cloud), order);
+  return ends;
+}
+
+template <Scalar S, int D>
 std::vector<std::uint64_t> take_back(point_cloud<S, D>& cloud) {
   for (index_t c = 0; c < 3; ++c)
     if (const auto channel = take(cloud, color_names[c])) {
@@ -148,13 +176,15 @@ std::vector<std::uint64_t> take_back(point_cloud<S, D>& cloud) {
   return places;
 }
 
-#define CILANTRO_INSTANTIATE(S, D)                                                         \
-  template std::optional<std::size_t> first_with_places(const tile_survey<D>&,             \
-                                                        std::span<const tile_step<S, D>>); \
-  template void set_places_by_cell(point_cloud<S, D>&, const tile_survey<D>&,              \
-                                   const cell_layout_of<D>&);                              \
-  template void set_places(point_cloud<S, D>&, std::vector<std::uint64_t>);                \
-  template void put_aside(point_cloud<S, D>&);                                             \
+#define CILANTRO_INSTANTIATE(S, D)                                                           \
+  template std::optional<std::size_t> first_with_places(const tile_survey<D>&,               \
+                                                        std::span<const tile_step<S, D>>);   \
+  template void set_places_by_cell(point_cloud<S, D>&, const tile_survey<D>&,                \
+                                   const cell_layout_of<D>&);                                \
+  template void set_places(point_cloud<S, D>&, std::vector<std::uint64_t>);                  \
+  template void put_aside(point_cloud<S, D>&);                                               \
+  template std::vector<index_t> sort_by_border(point_cloud<S, D>&, const tile_info&, double, \
+                                               double);                                      \
   template std::vector<std::uint64_t> take_back(point_cloud<S, D>&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)

@@ -14,6 +14,7 @@ import cilantro.core;
 import cilantro.cloud;
 import :survey;
 import :tile_step;
+import :tiled_cloud;
 
 namespace cilantro {
 
@@ -38,7 +39,13 @@ void set_places(point_cloud<S, D>& cloud, std::vector<std::uint64_t> places);
 /// they do. Throws `invalid_input` if places do not ascend.
 template <Scalar S, int D>
 void put_aside(point_cloud<S, D>& cloud);
-/// Undoes that, and returns the places; none if there were none.
+/// Puts points that have been put aside with their places into an order in which those that other
+/// tiles read follow each other: parts that are up to `border` away from a side of the tile or
+/// from two, and the rest. Returns where these end.
+template <Scalar S, int D>
+std::vector<index_t> sort_by_border(point_cloud<S, D>& cloud, const tile_info& tile, double edge,
+                                    double border);
+/// Undoes `put_aside`, and returns the places; none if there were none.
 template <Scalar S, int D>
 std::vector<std::uint64_t> take_back(point_cloud<S, D>& cloud);
 

@@ -60,6 +60,14 @@ class tile_region {
              return (place - b.center).norm() <= b.radius;
            });
   }
+  /// Whether all that is up to `margin` around a box is in its rectangle.
+  [[nodiscard]] bool contains(const extent<D>& box, double margin) const {
+    bool is_inside = true;
+    for (int d = 0; d < 2; ++d)
+      is_inside =
+          is_inside && lower_[d] + margin <= box.lower[d] && box.upper[d] + margin <= upper_[d];
+    return is_inside;
+  }
   /// Whether a point of a box may be in it.
   [[nodiscard]] bool may_meet(const extent<D>& box) const {
     if (box.empty()) return false;

@@ -16,8 +16,8 @@ module;
 module cilantro.tiles;
 
 import cilantro.eigen;
-import cilantro.search;
 import :loading;
+import :lonely_points;
 import :places;
 import :region;
 import :running;
@@ -39,36 +39,6 @@ struct wanted_ball {
   std::size_t needed_by;
   typename tile_region<D>::ball ball;
 };
-
-/// The points among the `wanted` ones of which it is not certain that `needed` points are at most
-/// `distance` away: cells are so small that all points of one and of those around it are.
-template <Scalar S, int D, class F>
-index_list alone(const point_matrix<S, D>& points, double distance, index_t needed, F wanted) {
-  const voxel_grid grid{points, voxel_size{0.999 * distance / (2 * std::sqrt(double(D)))}};
-  using cell_type = std::array<std::int64_t, D>;
-  std::vector<cell_type> cells;  // In the order of the grid.
-  cells.reserve(grid.size());
-  for (index_t c = 0; c < grid.size(); ++c) {
-    const auto cell = grid.cell(c);
-    std::ranges::copy(cell, cells.emplace_back().begin());
-  }
-  constexpr int around = D == 2 ? 9 : 27;
-  index_list found;
-  for (index_t c = 0; c < grid.size(); ++c) {
-    const auto members = grid[c];
-    index_t count = std::ssize(members);
-    if (count >= needed || std::ranges::none_of(members, wanted)) continue;
-    for (int n = 0; n < around && count < needed; ++n) {
-      auto neighbor = cells[c];
-      for (int d = 0, rest = n; d < D; ++d, rest /= 3) neighbor[d] += rest % 3 - 1;
-      if (neighbor == cells[c]) continue;
-      const auto at = std::ranges::lower_bound(cells, neighbor);
-      if (at != cells.end() && *at == neighbor) count += std::ssize(grid[at - cells.begin()]);
-    }
-    if (count < needed) std::ranges::copy_if(members, std::back_inserter(found), wanted);
-  }
-  return found;
-}
 
 /// How far the points of a tile are apart, if they lie on a surface that fills it; in a tile at the
 /// rim, or of a few stray points, as far as in others. To guess too little costs another look, and
@@ -113,12 +83,10 @@ class tile_run {
   }
 
   point_cloud<S, D> operator()() {
-    auto known = region_before(0);
-    auto loaded = load_region<S, D>(survey_, known, stop_);
-    if (foresee(loaded.cloud)) {
-      const auto more = load_region<S, D>(survey_, region_before(0).balls(), stop_, &known);
-      loaded = merged(std::move(loaded), more);
-    }
+    auto loaded =
+        load_region<S, D>(survey_, region_before(0), stop_, [this](point_matrix<S, D> points) {
+          return foresee({.points = std::move(points), .origin = survey_.origin});
+        });
     while (!pass(loaded)) loaded = load_region<S, D>(survey_, region_before(0), stop_);
     return std::move(loaded.cloud);
   }
@@ -183,12 +151,12 @@ class tile_run {
   }
 
   /// Asks for what the first step that looks at nearest points will need around points that are
-  /// alone, as far as the points before all steps tell; whether there is any. That saves doing the
-  /// steps before it twice.
-  bool foresee(const point_cloud<S, D>& cloud) {
+  /// alone, as far as the points before all steps tell, and returns that, if there is any. That
+  /// saves doing the steps before it twice.
+  std::optional<tile_region<D>> foresee(const point_cloud<S, D>& cloud) {
     const auto looks = std::ranges::find_if(
         steps_, [](const tile_step<S, D>& step) { return step.reach.neighbors > 0; });
-    if (looks == steps_.end() || cloud.empty()) return false;
+    if (looks == steps_.end() || cloud.empty()) return std::nullopt;
     const auto s = static_cast<std::size_t>(looks - steps_.begin());
     double coarsest = 0;
     for (const auto& step : steps_.first(s)) coarsest = std::max(coarsest, step.reach.distance);
@@ -196,9 +164,9 @@ class tile_run {
       // With fewer points, the nearest ones are farther away.
       return coarsest > 0 ? 1.02 * distance + 2 * coarsest : distance;
     });
-    if (!unknown || unknown->empty()) return false;
+    if (!unknown || unknown->empty()) return std::nullopt;
     for (const auto& ball : *unknown) wanted_.push_back({s, ball});
-    return true;
+    return region_before(0).balls();
   }
 
   /// Whether, of all points that step `s` must get right, the nearest ones are known, and not just
@@ -228,7 +196,7 @@ class tile_run {
     const auto doubtful = doubtful_points(cloud, known, region_before(s + 1), margins_[s], needed);
     if (doubtful.empty()) return unknown;
     if (cloud.size() < needed) return std::nullopt;
-    const auto distances = farthest_of_nearest(cloud, doubtful, needed);
+    const auto distances = farthest_of_nearest<S, D>(cloud.points, doubtful, needed);
     for (std::size_t i = 0; i < doubtful.size(); ++i) {
       const auto place = place_of(cloud, doubtful[i]);
       const double distance =
@@ -239,54 +207,18 @@ class tile_run {
     return unknown;
   }
 
-  /// How far each of some points is from the last of the `needed` points that are nearest to it,
-  /// itself among them.
-  static std::vector<S> farthest_of_nearest(const point_cloud<S, D>& cloud,
-                                            const index_list& points, index_t needed) {
-    std::vector<S> farthest;
-    constexpr std::ptrdiff_t not_worth_a_tree = 32;
-    if (std::ssize(points) <= not_worth_a_tree) {
-      Eigen::Matrix<S, dynamic, 1> squares;
-      for (const auto i : points) {
-        squares = (cloud.points.colwise() - cloud.points.col(i)).colwise().squaredNorm();
-        std::ranges::nth_element(squares, squares.begin() + (needed - 1));
-        farthest.push_back(std::sqrt(squares[needed - 1]));
-      }
-      return farthest;
-    }
-    point_matrix<S, D> queries(D, std::ssize(points));
-    for (index_t q = 0; q < queries.cols(); ++q) queries.col(q) = cloud.points.col(points[q]);
-    const kd_tree<S, D> tree{cloud.points};
-    const auto near = tree.find_all(queries, knn{needed});
-    for (index_t q = 0; q < queries.cols(); ++q) farthest.push_back(near[q].distances().back());
-    return farthest;
-  }
-
   /// The points of the region `after` of which it is not certain that `needed` points are so near
   /// that no other point, outside of what is known, can be nearer. `margin` is how much is known
   /// around each of them at least.
-  static index_list doubtful_points(const point_cloud<S, D>& cloud, const tile_region<D>& known,
-                                    const tile_region<D>& after, double margin, index_t needed) {
-    // Deep inside, more is known, and a look at large cells is enough, which nearly all are full.
-    constexpr double deeper = 4;
-    index_list at_border;
-    std::vector<char> is_deep(static_cast<std::size_t>(cloud.size()));
-    for (index_t i = 0; i < cloud.size(); ++i) {
-      const double here = known.margin_of(place_of(cloud, i));
-      is_deep[i] = here >= deeper * margin ? 1 : 0;
-      if (here < (deeper + 1) * margin) at_border.push_back(static_cast<std::int32_t>(i));
-    }
-    auto doubtful = alone<S, D>(cloud.points, deeper * margin, needed, [&](std::int32_t i) {
-      return is_deep[i] != 0 && after.contains(place_of(cloud, i));
+  [[nodiscard]] index_list doubtful_points(const point_cloud<S, D>& cloud,
+                                           const tile_region<D>& known, const tile_region<D>& after,
+                                           double margin, index_t needed) const {
+    return lonely_points<S, D>(cloud.points, margin, needed, [&](std::int32_t i) {
+      const auto place = place_of(cloud, i);
+      if (!after.contains(place)) return -1.0;
+      return std::max(
+          0.0, (known.margin_of(place) - survey_.template slack<S>()) / (1 + more_than_rounding));
     });
-    point_matrix<S, D> border(D, std::ssize(at_border));
-    for (index_t k = 0; k < border.cols(); ++k) border.col(k) = cloud.points.col(at_border[k]);
-    const auto more = alone<S, D>(border, margin, needed, [&](std::int32_t k) {
-      const auto i = at_border[k];
-      return is_deep[i] == 0 && after.contains(place_of(cloud, i));
-    });
-    for (const auto k : more) doubtful.push_back(at_border[k]);
-    return doubtful;
   }
 
   /// Balls that reach into each other become one, unless that would be much larger.
@@ -354,6 +286,17 @@ double points_around(const tile_survey<D>& survey, const tile_info& tile, double
 }  // namespace
 
 template <Scalar S, int D>
+double likely_border(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
+                     std::size_t first) {
+  // Points are farther apart once some of them are gone.
+  constexpr double thinner = 1.25;
+  double border = 0;
+  const auto margins = first_margins<S, D>(survey, steps, {});
+  for (std::size_t s = first; s < margins.size(); ++s) border += thinner * margins[s];
+  return border;
+}
+
+template <Scalar S, int D>
 std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
                         const tile_info& tile, double halo) {
   double margin = halo;
@@ -378,6 +321,8 @@ std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<
   template point_cloud<S, D> run_tile(const tile_survey<D>&, std::span<const tile_step<S, D>>, \
                                       const tile_info&, double, const std::stop_token&,        \
                                       place_notes);                                            \
+  template double likely_border(const tile_survey<D>&, std::span<const tile_step<S, D>>,       \
+                                std::size_t);                                                  \
   template std::uint64_t memory_of(const tile_survey<D>&, std::span<const tile_step<S, D>>,    \
                                    const tile_info&, double);
 CILANTRO_INSTANTIATE(float, 2)

@@ -2,6 +2,7 @@
 //
 // Tiles through steps, and many of them at a time. Internal.
 module;
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <numeric>
@@ -39,6 +40,12 @@ bool is_in_tile(const point_cloud<S, D>& cloud, index_t i, const tile_info& tile
 template <Scalar S, int D>
 std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
                         const tile_info& tile, double halo);
+
+/// How far around any tile the steps from number `first` on will look, once the points before them
+/// are put aside: a guess, which is seldom too little.
+template <Scalar S, int D>
+double likely_border(const tile_survey<D>& survey, std::span<const tile_step<S, D>> steps,
+                     std::size_t first);
 
 /// The numbers of all tiles.
 template <int D>

@@ -65,9 +65,11 @@ tiled_cloud<S, D> opened_by_all(const std::filesystem::path& folder, const tile_
 template <Scalar S, int D>
 class tile_writer {
  public:
+  /// Of points that are put aside, other tiles will read those up to `border` away from a side. The
+  /// cloud must live as long as this.
   tile_writer(const tiled_cloud<S, D>& cloud, const std::filesystem::path& folder,
               const std::string& what, bool is_local, const write_tiles_options& options,
-              const task_monitor& monitor)
+              const task_monitor& monitor, double border = 0)
       : survey_{*cloud.survey()},
         steps_{cloud.steps()},
         ranks_{cloud.ranks().get()},
@@ -75,7 +77,8 @@ class tile_writer {
         what_{what},
         is_local_{is_local},
         options_{options},
-        monitor_{monitor} {
+        monitor_{monitor},
+        border_{border} {
     on_all_ranks(ranks_, [&] {
       for (auto& file : read_notes<D>(folder, what)) {
         std::error_code error;
@@ -86,13 +89,18 @@ class tile_writer {
         files_[file.path.filename().string()] = std::move(file);
       }
     });
+    has_begun_ = !files_.empty();
     on_first_rank(ranks_, [&] { remove_files(folder, part_ending); });
     on_all_ranks(ranks_, [&] { notes_.emplace(folder, what, ranks_ ? ranks_->rank : 0); });
   }
 
+  /// Whether some tiles are there already, of a run that goes on.
+  [[nodiscard]] bool has_begun() const { return has_begun_; }
+
   /// Writes all tiles that are not there yet, by `make` if it is given: the points of tile number
-  /// t.
-  void write(const std::function<point_cloud<S, D>(index_t)>& make = {}) {
+  /// t. `look` is shown each of them, by several threads at once.
+  void write(const std::function<point_cloud<S, D>(index_t)>& make = {},
+             const std::function<void(const point_cloud<S, D>&)>& look = {}) {
     std::vector<index_t> left;
     std::map<tile_key, index_t> wanted;
     for (index_t t = 0; t < std::ssize(survey_.tiles); ++t)
@@ -111,10 +119,13 @@ class tile_writer {
           survey_, ranks_, left, survey_.threads,
           [&](index_t t) { return memory_of<S, D>(survey_, steps_, survey_.tiles[t], 0); },
           [&](index_t t) {
-            keep(t, make     ? make(t)
-                    : cutter ? cutter->tile(t)
-                             : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop,
-                                              is_local_ ? place_notes::kept : place_notes::none));
+            auto points = make ? make(t)
+                          : cutter
+                              ? cutter->tile(t)
+                              : run_tile<S, D>(survey_, steps_, survey_.tiles[t], 0, monitor_.stop,
+                                               is_local_ ? place_notes::kept : place_notes::none);
+            if (look) look(points);
+            keep(t, std::move(points));
           },
           monitor);
     });
@@ -135,10 +146,12 @@ class tile_writer {
   void keep(index_t t, point_cloud<S, D> points) {
     survey_file<D> file;
     file.path = folder_ / name_of_tile(t);
-    describe_points(points, survey_.edge, is_local_, file);
     if (is_local_) {
       put_aside(points);
+      describe_parts(points, sort_by_border(points, survey_.tiles[t], survey_.edge, border_), file);
       points.origin.setZero();
+    } else {
+      describe_points(points, survey_.edge, false, file);
     }
     if (!points.empty()) {
       write_cloud(points, file.path);
@@ -150,6 +163,19 @@ class tile_writer {
     const std::scoped_lock lock{mutex_};
     own_ += text_of(file);
     files_[file.path.filename().string()] = std::move(file);
+  }
+
+  /// As `describe_points`, with no run in two parts.
+  void describe_parts(const point_cloud<S, D>& points, std::span<const index_t> ends,
+                      survey_file<D>& file) const {
+    index_t begin = 0;
+    for (const index_t end : ends) {
+      const point_cloud<S, D> part{.points = points.points.middleCols(begin, end - begin),
+                                   .origin = points.origin};
+      describe_points(part, survey_.edge, true, file);
+      begin = end;
+    }
+    file.points = static_cast<std::uint64_t>(points.size());
   }
 
   void finish() {
@@ -176,6 +202,8 @@ class tile_writer {
   bool is_local_;
   const write_tiles_options& options_;
   const task_monitor& monitor_;
+  double border_;
+  bool has_begun_ = false;
   std::optional<tile_notes<D>> notes_;
   std::mutex mutex_;
   std::map<std::string, survey_file<D>> files_;  ///< Those that are done, by name.

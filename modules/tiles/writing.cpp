@@ -6,6 +6,8 @@ module;
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,11 +17,13 @@ module;
 module cilantro.tiles;
 
 import cilantro.eigen;
+import cilantro.geometry;
 import :communicator;
 import :index_file;
 import :limits;
 import :places;
 import :ranks;
+import :running;
 import :survey;
 import :tile_writer;
 import :work_folder;
@@ -114,13 +118,26 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       if (failure) throw io_error{pass, "cannot be made: " + failure.message()};
     });
     const auto noting_what = what + ", put aside with what " + next->name + " measures";
-    if (!is_complete<D>(ranks.get(), pass, noting_what))
-      tile_writer<S, D>{
-          {from.survey(), std::move(before), ranks}, pass, noting_what, true, options, monitor}
-          .write();
+    std::optional<distance_statistics> all;
+    if (!is_complete<D>(ranks.get(), pass, noting_what)) {
+      const double border = likely_border<S, D>(*from.survey(), steps, before.size());
+      const tiled_cloud<S, D> to_note{from.survey(), std::move(before), ranks};
+      tile_writer<S, D> writer{to_note, pass, noting_what, true, options, monitor, border};
+      distance_statistics mine;
+      std::mutex mutex;
+      writer.write({}, [&](const point_cloud<S, D>& tile) {
+        const auto found = noted_statistics(tile);
+        const std::scoped_lock lock_of_sum{mutex};
+        mine += found;
+      });
+      if (!writer.has_begun()) {
+        all = add_up(ranks.get(), mine);
+        if (monitor.progress) monitor.progress(1);
+      }
+    }
     const auto noted = opened_by_all<S, D>(pass, how, ranks);
-    std::vector<tile_step<S, D>> after{
-        keeping_noted(*next, next->limit(noted_statistics(noted, monitor)))};
+    if (!all) all = noted_statistics(noted, monitor);
+    std::vector<tile_step<S, D>> after{keeping_noted(*next, next->limit(*all))};
     after.insert(after.end(), next + 1, steps.end());
     from = {noted.survey(), std::move(after), ranks};
   }

@@ -187,3 +187,21 @@ TEST_CASE("the cores of a clustering are selected by the mask that it has") {
   CHECK(select(cloud, found.is_core).size() == cores);
   CHECK(exclude(cloud, found.is_core).size() == 100 - cores);
 }
+
+TEST_CASE("a voxel has the lower median of the whole numbers in it, however few there are") {
+  for (const int n : {1, 2, 3, 4, 5}) {
+    std::vector<int> values(static_cast<std::size_t>(n));
+    for (int i = 0; i < n; ++i) values[i] = i % 3 - 1;
+    std::ranges::sort(values);
+    const int expected = values[(values.size() - 1) / 2];
+    do {
+      point_cloud<float, 3> cloud;
+      cloud.points = Eigen::Matrix3Xf::Constant(3, n, 0.5F);
+      cloud.set_attribute(
+          "number", attribute_values{std::vector<std::int32_t>(values.begin(), values.end())});
+      const auto thin = voxel_downsample(cloud, 1);
+      REQUIRE(thin.size() == 1);
+      CHECK(thin.attribute_as<std::int32_t>("number")[0] == expected);
+    } while (std::ranges::next_permutation(values).found);
+  }
+}

@@ -4,6 +4,8 @@
 // order of the whole: where points are equally near, and where sums are rounded, that order
 // decides.
 #include <doctest/doctest.h>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <stop_token>
@@ -175,6 +177,36 @@ TEST_CASE("a run that is stopped in any of its passes goes on to the bits of the
     for (const auto& entry : fs::directory_iterator{out})
       CHECK((entry.path().extension() == ".ply" || entry.path().filename() == "tiles.index"));
   }
+}
+
+TEST_CASE_TEMPLATE("what other tiles read of points that are put aside lies together", S, float,
+                   double) {
+  const test::temporary_folder folder;
+  write_ply(terrain<S>(20'000), folder / "points.ply");
+  const auto survey = open_tiles<S>(folder / "points.ply", {.edge = 30, .threads = 2});
+  const auto steps = voxel_downsample(0.8) |
+                     remove_statistical_outliers({.neighbors = 3, .deviations = 2}) |
+                     estimate_normals(knn{3});
+  const auto out = folder / "out";
+  int parts_at_most = 0;
+  const auto look = [&](double) {
+    if (parts_at_most > 0 || !fs::exists(out / "pass-1/tiles.index")) return;
+    for (const auto& entry : fs::directory_iterator{out / "pass-1"}) {
+      if (entry.path().extension() != ".ply") continue;
+      const auto tile = read_ply<S>(entry.path());
+      const auto places = tile.template attribute_as<double>("cilantro_place");
+      int parts = 1;
+      // Bits of places, as doubles, ascend as they do.
+      for (std::size_t i = 1; i < places.size(); ++i) parts += places[i] < places[i - 1] ? 1 : 0;
+      parts_at_most = std::max(parts_at_most, parts);
+    }
+  };
+  const auto result = survey | steps | write_tiles(out, {.monitor = {.progress = look}});
+  CHECK(parts_at_most > 1);
+  CHECK(parts_at_most <= 9);
+  const auto expected = survey.read_box(survey.bounds()) | steps;
+  REQUIRE(expected.size() > 3000);
+  check_same(result.read(), written(expected, folder.path()));
 }
 
 TEST_CASE("points in two dimensions are put aside in their places, too") {

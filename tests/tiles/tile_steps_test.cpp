@@ -56,6 +56,32 @@ TEST_CASE_TEMPLATE("steps after one another give the bits of the whole", S, floa
   }
 }
 
+TEST_CASE("points that are far from all others have the neighbours that they have in the whole") {
+  const test::temporary_folder folder;
+  auto cloud = terrain<double>(6000);
+  std::uint64_t state = 5;
+  const auto uniform = [&] {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return double(state >> 11) * 0x1p-53;
+  };
+  for (index_t i = 0; i < 6000; i += 40) {
+    // Pairs and threes at all distances from the ground, also too far away for cells of any size.
+    const double up = std::exp2(40 * uniform() - 4);
+    for (index_t k = 0; k < 1 + i / 40 % 3; ++k) cloud.points(2, i + k) = up + 0.01 * double(k);
+  }
+  write_ply(cloud, folder / "ground.ply");
+  const auto whole = read_ply<double>(folder / "ground.ply");
+  for (const double edge : {7.0, 24.0}) {
+    INFO(edge);
+    const auto survey = open_tiles<double>(folder / "ground.ply", {.edge = edge});
+    for (const int k : {3, 8, 30})
+      check_same((survey | estimate_normals(knn{k})).read(), estimate_normals(whole, knn{k}));
+    const auto steps = voxel_downsample(0.9) | remove_statistical_outliers({.neighbors = 5}) |
+                       estimate_normals(knn{5});
+    check_same((survey | steps).read(), whole | steps);
+  }
+}
+
 TEST_CASE_TEMPLATE("written tiles have all points, and open as what they were", S, float, double) {
   const test::temporary_folder folder;
   const auto cloud = terrain<S>(30'000);

@@ -178,8 +178,12 @@ class byte_stream {
     std::copy(room_.data() + begin_, room_.data() + end_, room_.data());
     end_ -= begin_;
     begin_ = 0;
-    // Lines may be long; growing by factors keeps reading one of them linear.
-    if (room_.size() < count) room_.resize(std::max({piece, count, 2 * room_.size()}));
+    // Lines may be long; growing by factors keeps reading one of them linear. Whoever looks at a
+    // header, or at a few points, does not want a whole piece.
+    constexpr std::size_t first_piece = std::size_t{1} << 13;
+    const std::size_t enough = std::min(piece, std::max(first_piece, 4 * room_.size()));
+    if (room_.size() < std::max(count, enough))
+      room_.resize(std::max({enough, count, count > piece ? 2 * room_.size() : 0}));
     std::size_t room = room_.size() - end_;
     if (wanted_ > loaded_)
       room =

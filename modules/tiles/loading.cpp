@@ -55,30 +55,19 @@ class region_loader {
                 const tile_region<D>* without, const std::stop_token& stop)
       : survey_{survey}, region_{region}, without_{without}, stop_{stop} {}
 
-  void load(const survey_file<D>& file) {
-    std::optional<cloud_reader<S, D>> reader;
-    std::uint64_t first = 0, begin = 0;
-    bool is_wanted = false;
-    const auto take_up_to = [&](std::uint64_t end) {
-      if (!reader) {
-        expect_unchanged(file);
-        reader.emplace(file.path, read_options{.monitor = {.stop = stop_}});
-        reader->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
-      }
-      load_range(*reader, file, begin, end);
-    };
-    for (const auto& run : file.runs) {
-      const bool meets = region_.may_meet(run.box);
-      if (meets && !is_wanted) begin = first;
-      if (!meets && is_wanted) take_up_to(first);
-      is_wanted = meets;
-      first += run.count;
+  void load(const point_range& range) {
+    const auto& file = survey_.files[range.file];
+    if (!reader_ || range.file != open_) {
+      expect_unchanged(file);
+      reader_.emplace(file.path, read_options{.monitor = {.stop = stop_}});
+      reader_->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
+      open_ = range.file;
     }
-    if (is_wanted) take_up_to(first);
-    points_before_ += file.points;
+    load_range(file, range);
   }
 
   loaded_points<S, D> result() && {
+    reader_.reset();
     expects(std::ssize(order_) <= std::numeric_limits<std::int32_t>::max(),
             "a tile with its surroundings has 2^31 points or more: open it with a smaller .edge");
     for (std::size_t i = 1; i < parts_.size(); ++i) parts_[i].comments.clear();
@@ -96,12 +85,12 @@ class region_loader {
   }
 
  private:
-  void load_range(cloud_reader<S, D>& reader, const survey_file<D>& file, std::uint64_t first,
-                  std::uint64_t end) {
+  void load_range(const survey_file<D>& file, const point_range& range) {
     constexpr std::uint64_t at_a_time = 16 * points_of_a_run;
-    reader.seek(first);
-    while (first < end) {
-      auto piece = reader.read(static_cast<index_t>(std::min(at_a_time, end - first)));
+    const auto points_before = survey_.files.points_before(range.file);
+    reader_->seek(range.first);
+    for (auto first = range.first; first < range.end;) {
+      auto piece = reader_->read(static_cast<index_t>(std::min(at_a_time, range.end - first)));
       if (piece.empty()) throw io_error{file.path, "has fewer points than it had"};
       piece.origin = survey_.origin;
       std::vector<std::uint64_t> places;
@@ -112,7 +101,7 @@ class region_loader {
         if (!is_finite(place) || !region_.contains(place)) continue;
         if (without_ != nullptr && without_->contains(place)) continue;
         wanted.push_back(static_cast<std::int32_t>(i));
-        order_.push_back(places.empty() ? points_before_ + first + static_cast<std::uint64_t>(i)
+        order_.push_back(places.empty() ? points_before + first + static_cast<std::uint64_t>(i)
                                         : places[i]);
       }
       first += static_cast<std::uint64_t>(piece.size());
@@ -127,7 +116,8 @@ class region_loader {
   const tile_region<D>& region_;
   const tile_region<D>* without_;
   const std::stop_token& stop_;
-  std::uint64_t points_before_ = 0;
+  std::optional<cloud_reader<S, D>> reader_;  ///< Of file number `open_`.
+  index_t open_ = 0;
   std::vector<point_cloud<S, D>> parts_;
   std::vector<std::uint64_t> order_;
 };
@@ -138,7 +128,9 @@ template <Scalar S, int D>
 loaded_points<S, D> load_region(const tile_survey<D>& survey, const tile_region<D>& region,
                                 const std::stop_token& stop, const tile_region<D>* without) {
   region_loader<S, D> loader{survey, region, without, stop};
-  for (const auto& file : survey.files) loader.load(file);
+  for (const auto& range :
+       survey.files.ranges([&](const extent<D>& box) { return region.may_meet(box); }))
+    loader.load(range);
   return std::move(loader).result();
 }
 

@@ -363,7 +363,12 @@ std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<
                                           points_around(survey, tile, margin)),
                                  double(survey.points));
   constexpr double of_readers = 3e6;
-  const double bytes = points * bytes_per_point<S, D>(survey.parts) + of_readers;
+  double bytes = points * bytes_per_point<S, D>(survey.parts) + of_readers;
+  std::optional<tile_area> area{area_of(tile, edge, margin)};
+  for (const auto& step : steps) {
+    if (step.more_memory) bytes += double(step.more_memory(area));
+    if (step.moves_points) area.reset();
+  }
   expects(bytes <= double(survey.memory),
           "a tile of " + std::to_string(tile.points) + " points may take " +
               std::to_string(std::llround(bytes / 1e6)) +

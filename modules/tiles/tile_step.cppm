@@ -60,6 +60,11 @@ struct step_order {
   std::optional<cell_layout_of<D>> cells = {};
 };
 
+/// A rectangle of the first two coordinates, in world coordinates.
+struct tile_area {
+  std::array<double, 2> lower, upper;
+};
+
 /// A step on tiles, whatever its type.
 template <Scalar S, int D>
 struct tile_step {
@@ -72,6 +77,11 @@ struct tile_step {
   /// points together decide; otherwise empty, as `limit` is. Such a step has no `apply`.
   std::function<std::vector<double>(const point_cloud<S, D>&)> measure = {};
   std::function<double(const distance_statistics&)> limit = {};
+  /// What a run that is resumed must have in common with the one before, beside name and reach.
+  std::string about = {};
+  /// Of a step that takes memory beside that of its points: how many bytes, for points of an area,
+  /// or, without one, for points anywhere.
+  std::function<std::uint64_t(const std::optional<tile_area>&)> more_memory = {};
 };
 
 /// A step that keeps points by a number that each has, if that is at most a limit that all points
@@ -158,6 +168,11 @@ void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
                        order_of<S, D>(next), [step = for_tiles(next)](point_cloud<S, D>&& cloud) {
                          return step(std::move(cloud));
                        }});
+    if constexpr (requires { next.about(); }) steps.back().about = next.about();
+    if constexpr (requires(const std::optional<tile_area>& area) { next.more_memory(area); })
+      steps.back().more_memory = [next](const std::optional<tile_area>& area) {
+        return next.more_memory(area);
+      };
   }
 }
 

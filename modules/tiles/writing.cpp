@@ -48,23 +48,9 @@ bool order_decides(const tiled_cloud<S, D>& cloud) {
 template <Scalar S, int D>
 std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_options& options) {
   const auto& survey = *cloud.survey();
-  // Names, sizes and times of the files, as one number (FNV-1a).
-  std::uint64_t hash = 14695981039346656037u;
-  const auto take = [&](std::string_view text) {
-    for (const unsigned char c : text) hash = (hash ^ c) * 1099511628211u;
-  };
-  for (const auto& file : survey.files)
-    take(file.path.filename().string() + ' ' + std::to_string(file.bytes) + ' ' +
-         std::to_string(file.modified) + '\n');
-  std::string line =
-      "cilantro tiles 1, of " + std::to_string(survey.files.size()) + " files with " +
-      std::to_string(survey.points) + " points from " +
-      (survey.files.empty() ? "nowhere" : survey.files.front().path.filename().string()) +
-      ", file number " + std::to_string(hash) + ", edge " + in_digits(survey.edge) + ", " +
-      (std::same_as<S, float> ? "float" : "double") + ", to " + options.format + ", steps:";
-  for (const auto& step : cloud.steps())
-    line += " | " + step.name + " (" + in_digits(step.reach.distance) + ", " +
-            std::to_string(step.reach.neighbors) + ")";
+  std::string line = "cilantro tiles 1, of " + description_of(survey.files) + ", edge " +
+                     in_digits(survey.edge) + ", " + (std::same_as<S, float> ? "float" : "double") +
+                     ", to " + options.format + ", steps:" + description_of(cloud.steps());
   std::ranges::replace_if(line, [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return line;
 }

@@ -139,6 +139,10 @@ export template <Scalar S, int D = 3>
 
 template <Scalar S, int D>
 void expect_steps_on_tiles(const std::vector<tile_step<S, D>>& steps);
+/// Decides which points of the files the steps keep that choose by places. Throws `invalid_input`
+/// where places are not known.
+template <Scalar S, int D>
+void decide_places(const tile_survey<D>& survey, std::vector<tile_step<S, D>>& steps);
 
 /// Adds a step, or a pipeline of steps, that each tile is sent through, once its result is asked
 /// for. Each step must say how far it looks: see `SaysReach`. Throws `invalid_input` for a step
@@ -150,6 +154,7 @@ export template <Scalar S, int D, class Step>
   auto steps = cloud.steps();
   add_tile_steps(steps, step);
   expect_steps_on_tiles<S, D>(steps);
+  decide_places<S, D>(*cloud.survey(), steps);
   return {cloud.survey(), std::move(steps), cloud.ranks()};
 }
 

@@ -53,6 +53,7 @@ class box_tree {
   /// Box number i of `count` is `box_of(i)`.
   template <class B>
   box_tree(index_t count, const B& box_of) {
+    order_.reserve(count);
     for (index_t i = 0; i < count; ++i) {
       if (box_of(i).empty()) continue;
       all_.add(box_of(i));

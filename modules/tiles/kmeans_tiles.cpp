@@ -86,9 +86,9 @@ class survey_kmeans {
   [[nodiscard]] survey_kmeans_result<S, D> run(point_matrix<S, D> centers) const {
     survey_kmeans_result<S, D> result;
     const auto bytes = std::uint64_t(centers.cols()) * sizeof(center_sums<D>);
-    expects(bytes <= cloud_.survey()->memory,
-            "kmeans: what is summed up for all centres needs " + std::to_string(bytes / 1'000'000) +
-                " MB, more than .memory of open_tiles");
+    expects(bytes <= cloud_.survey()->memory, "kmeans: what is summed up for all centres needs " +
+                                                  std::to_string(bytes / 1'000'000) +
+                                                  " MB, more than .memory of open_tiles");
     auto sums = measured(centers);
     index_t points = 0;
     for (const auto& sum : sums) points += sum.count;

@@ -86,6 +86,7 @@ class survey_files {
       const auto& runs = all->files[f].runs;
       auto& inside = all->inside[f];
       std::uint64_t first = 0;
+      inside.firsts.reserve(runs.size());
       for (const auto& run : runs) inside.firsts.push_back(std::exchange(first, first + run.count));
       inside.runs = {std::ssize(runs), boxes_of(all->files[f])};
     });

@@ -358,7 +358,8 @@ TEST_CASE("a process that is killed at any moment loses nothing but time") {
     if (fs::exists(out / "tiles.index")) break;
   }
   CHECK(killed > 0);
-  if (!fs::exists(out / "tiles.index")) (void)run(out, true);
+  // A process that is killed after the index is there may leave something that the next removes.
+  (void)run(out, true);
   check_same(open_tiles<float>(out).read(), expected);
   for (const auto& entry : fs::directory_iterator{out})
     CHECK((entry.path().extension() == ".ply" || entry.path().filename() == "tiles.index"));

@@ -171,20 +171,14 @@ class scan_pairs {
         largest = std::max(largest, adder_.target().memory_around(square));
     });
     const auto to_keep = (adder_.target().memory() - largest) / 2;
-    std::vector<pair_sums<D>> sums(1);
-    std::mutex mutex;
-    adder_.target().for_each_square(
-        squares,
-        [&](const tile_key& square, const index_list& indices) {
-          const auto near = points_around(square, to_keep);
-          std::vector<pair_sums<D>> found(1);
-          adder_.add(*near, moved, indices, found.front());
-          const std::scoped_lock lock{mutex};
-          sums.front() += found.front();
-        },
-        {{}, adder_.stop()}, to_keep);
-    add_up_over_ranks(adder_.target().ranks(), sums);
-    pairs = sums.front();
+    pairs =
+        sum_over_squares(
+            adder_.target(), squares, std::vector<pair_sums<D>>(1), {{}, adder_.stop()}, to_keep,
+            [&](const tile_key& square, const index_list& indices,
+                std::vector<pair_sums<D>>& sums) {
+              adder_.add(*points_around(square, to_keep), moved, indices, sums.front());
+            })
+            .front();
     pairs.sources = sources_;
   }
 
@@ -225,7 +219,7 @@ class survey_pairs {
     const auto& target = adder_.target();
     pairs = sum_over_tiles(
                 source_, std::vector<pair_sums<D>>(1),
-                [&](index_t t) { return target.memory_around(source_.tiles()[t], source_.edge()); },
+                [&](index_t t) { return target.memory_around(area_after(transform, t)); },
                 {{}, adder_.stop()},
                 [&](const point_cloud<S, D>& points, std::vector<pair_sums<D>>& sums) {
                   const auto moved = moved_by<D>(transform, target.places_of(points));
@@ -237,6 +231,27 @@ class survey_pairs {
   }
 
  private:
+  /// Where the points of a tile may be once they are moved; nothing if that is anywhere.
+  [[nodiscard]] std::optional<tile_area> area_after(const rigid_transform<double, D>& transform,
+                                                    index_t t) const {
+    if (std::ranges::any_of(source_.steps(), &tile_step<S, D>::moves_points)) return std::nullopt;
+    const auto origin = adder_.target().origin();
+    const auto square = area_of(source_.tiles()[t], source_.edge());
+    auto column = source_.survey()->bounds;
+    for (int d = 0; d < 2; ++d) {
+      column.lower[d] = square.lower[d];
+      column.upper[d] = square.upper[d];
+    }
+    extent<D> moved;
+    for (int corner = 0; corner < 1 << D; ++corner) {
+      point_vector<double, D> place;
+      for (int d = 0; d < D; ++d)
+        place[d] = ((corner >> d) % 2 == 0 ? column.lower[d] : column.upper[d]) - origin[d];
+      moved.add(point_vector<double, D>{transform * place + origin});
+    }
+    return tile_area{{moved.lower[0], moved.lower[1]}, {moved.upper[0], moved.upper[1]}};
+  }
+
   tiled_cloud<S, D> source_;
   const pair_adder<S, D>& adder_;
 };

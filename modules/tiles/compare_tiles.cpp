@@ -2,10 +2,12 @@
 module;
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <stop_token>
+#include <string>
 #include <utility>
 #include <vector>
 module cilantro.tiles;
@@ -90,8 +92,7 @@ comparison compare(const tiled_cloud<S, D>& survey, const tiled_cloud<S, D>& tar
   const auto from = with_decided_steps(survey, monitor);
   const auto sums = sum_over_tiles(
       from, std::vector<distance_sums>(1),
-      // Where the points of the tile are, unless steps have moved them.
-      [&](index_t t) { return near.memory_around(from.tiles()[t], from.edge()); }, monitor,
+      [&](index_t t) { return near.memory_around(from, from.tiles()[t]); }, monitor,
       [&](const point_cloud<S, D>& points, std::vector<distance_sums>& found) {
         for (const double distance : distances_of(near, points, monitor.stop))
           found.front().add(distance);
@@ -106,18 +107,13 @@ comparison compare(const point_cloud<S, D>& cloud, const tiled_cloud<S, D>& targ
   const survey_around<S, D> near{target, target.edge(), options.max_distance, "compare", monitor};
   const auto places = near.places_of(cloud);
   std::vector<double> distances(cloud.size(), nowhere);
-  std::vector<distance_sums> sums(1);
-  std::mutex mutex;
-  near.for_each_square(
-      near.by_square(places),
-      [&](const tile_key& square, const index_list& indices) {
+  auto sums = sum_over_squares(
+      near, near.by_square(places), std::vector<distance_sums>(1), monitor, 0,
+      [&](const tile_key& square, const index_list& indices, std::vector<distance_sums>& found) {
         find_distances(near, square, places, indices, distances, monitor.stop);
-        const std::scoped_lock lock{mutex};
         for (const auto i : indices)
-          if (distances[i] < nowhere) sums.front().add(distances[i]);
-      },
-      monitor);
-  add_up_over_ranks(near.ranks(), sums);
+          if (distances[i] < nowhere) found.front().add(distances[i]);
+      });
   sums.front().points = cloud.size() - count_non_finite(cloud.points);
   return sums.front().result();
 }
@@ -125,7 +121,7 @@ comparison compare(const point_cloud<S, D>& cloud, const tiled_cloud<S, D>& targ
 template <Scalar S, int D>
 point_cloud<S, D> distances_to_step<S, D>::operator()(point_cloud<S, D> cloud) const {
   std::vector<S> values;
-  for (const double distance : distances_of(*near, cloud, {}))
+  for (const double distance : distances_of(*near, cloud, stop))
     values.push_back(static_cast<S>(std::min(distance, near->distance())));
   for (index_t i = 0; i < cloud.size(); ++i)
     if (!is_finite(cloud.points.col(i))) values[i] = std::numeric_limits<S>::quiet_NaN();
@@ -134,11 +130,27 @@ point_cloud<S, D> distances_to_step<S, D>::operator()(point_cloud<S, D> cloud) c
 }
 
 template <Scalar S, int D>
+std::string distances_to_step<S, D>::about() const {
+  return "(up to " + in_digits(near->distance()) + ", as " + attribute + ", of " + target + ")";
+}
+
+template <Scalar S, int D>
+std::uint64_t distances_to_step<S, D>::more_memory(const std::optional<tile_area>& area) const {
+  return near->memory_around(area);
+}
+
+template <Scalar S, int D>
 distances_to_step<S, D> distances_to(const tiled_cloud<S, D>& target,
                                      const distances_to_options& options) {
-  return {.near = std::make_shared<const survey_around<S, D>>(
-              target, target.edge(), options.max_distance, "distances_to", task_monitor{}),
-          .attribute = options.attribute};
+  const auto monitor = in_passes(options.monitor, std::max(1, passes_of_limits(target)));
+  distances_to_step<S, D> step{
+      .near = std::make_shared<const survey_around<S, D>>(
+          target, target.edge(), options.max_distance, "distances_to", monitor),
+      .attribute = options.attribute,
+      .stop = options.monitor.stop,
+      .target = description_of(target.survey()->files) + description_of(target.steps())};
+  if (options.monitor.progress) options.monitor.progress(1);
+  return step;
 }
 
 #define CILANTRO_INSTANTIATE(S, D)                                                \

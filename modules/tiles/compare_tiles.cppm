@@ -50,6 +50,9 @@ export struct distances_to_options {
   /// How far to look, in the units of the points: the distance of points with nothing so near.
   positive max_distance;
   std::string attribute = "distance";  ///< The attribute that distances are written to.
+  /// Watches the limits of the steps of the target being decided. `stop` is looked at also where
+  /// the step is applied, which then throws `cancelled`.
+  task_monitor monitor = {};
 };
 
 template <Scalar S, int D>
@@ -60,10 +63,17 @@ export template <Scalar S, int D>
 struct distances_to_step : pipeline_step {
   std::shared_ptr<const survey_around<S, D>> near;
   std::string attribute;  ///< The attribute that distances are written to.
+  std::stop_token stop;   ///< What ends its work.
+  std::string target;     ///< Which survey is looked at, in words.
 
   static constexpr const char* name = "distances_to";
   /// It looks at another survey, and at each point by itself.
   static step_reach reach() { return {}; }
+  /// What a run over tiles that is resumed must have in common with the one before. Internal.
+  [[nodiscard]] std::string about() const;
+  /// How many bytes the points of the target may take that are looked at for points of an area,
+  /// or anywhere. Internal.
+  [[nodiscard]] std::uint64_t more_memory(const std::optional<tile_area>& area) const;
   point_cloud<S, D> operator()(point_cloud<S, D> cloud) const;
 };
 
@@ -72,8 +82,11 @@ struct distances_to_step : pipeline_step {
 /// are not finite: `survey | distances_to(last_year, {.max_distance = 2}) |
 /// write_tiles("changes")`. Clouds in memory take it, too.
 ///
-/// Limits of the steps of `target` are decided here. Memory: the points of the target around a tile
-/// are not in the estimate of the tile. Throws as `compare` does.
+/// Limits of the steps of `target` are decided here. A target `.on(world)` shares that work among
+/// the ranks, so that all of them must call this, as they call whatever else works on tiles; of
+/// another target, each rank decides for itself. What is read of the target for a tile is in the
+/// estimate of its memory, and must fit that of the target, too. A run that is resumed must have
+/// the same target, distance and attribute. Throws as `compare` does.
 export template <Scalar S, int D>
 [[nodiscard]] distances_to_step<S, D> distances_to(const tiled_cloud<S, D>& target,
                                                    const distances_to_options& options);

@@ -81,7 +81,12 @@ tile_cutter<S, D>::tile_cutter(const tile_survey<D>& survey, const process_group
   const int me = ranks ? ranks->rank : 0;
   on_all_ranks(ranks, [&] {
     scratch_[me] = std::make_unique<scratch_file>(scratch_of(me), true);
-    read_files(wanted, piece, monitor);
+    try {
+      read_files(wanted, piece, monitor);
+    } catch (const cancelled&) {
+      take_all_tickets(ranks);
+      throw;
+    }
   });
   share_chunks();
 }

@@ -3,8 +3,11 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <mutex>
 #include <numeric>
+#include <string>
 #include <tuple>
+#include <unordered_map>
 #include <vector>
 module cilantro.tiles;
 
@@ -82,6 +85,10 @@ class survey_kmeans {
 
   [[nodiscard]] survey_kmeans_result<S, D> run(point_matrix<S, D> centers) const {
     survey_kmeans_result<S, D> result;
+    const auto bytes = std::uint64_t(centers.cols()) * sizeof(center_sums<D>);
+    expects(bytes <= cloud_.survey()->memory, "kmeans: what is summed up for all centres needs " +
+                                                  std::to_string(bytes / 1'000'000) +
+                                                  " MB, more than .memory of open_tiles");
     auto sums = measured(centers);
     index_t points = 0;
     for (const auto& sum : sums) points += sum.count;
@@ -104,19 +111,29 @@ class survey_kmeans {
 
   [[nodiscard]] all_sums measured(const point_matrix<S, D>& centers) const {
     const survey_kmeans_result<S, D> nearest{centers, {}};
-    return sum_over_tiles(
-        cloud_, all_sums(centers.cols()),
-        [&](index_t) { return std::uint64_t(centers.cols()) * sizeof(center_sums<D>); }, monitor_,
-        [&](point_cloud<S, D> points, all_sums& sums) {
+    const auto k = std::uint64_t(centers.cols());
+    all_sums sums(centers.cols());
+    std::mutex mutex;
+    visit_points(
+        cloud_,
+        [&](index_t t) { return std::min(k, cloud_.tiles()[t].points) * sizeof(center_sums<D>); },
+        monitor_,
+        [&](point_cloud<S, D> points) {
           relate_to(cloud_.origin(), points);
           const auto labels = nearest.assign(points.points);
+          // Of all centres, a tile meets few.
+          std::unordered_map<clusters::label, center_sums<D>> found;
           for (index_t i = 0; i < points.size(); ++i) {
             if (labels[i] < 0) continue;
             const point_vector<double, D> point = points.points.col(i).template cast<double>();
             const point_vector<double, D> center = centers.col(labels[i]).template cast<double>();
-            sums[labels[i]].add(point, (point - center).squaredNorm());
+            found[labels[i]].add(point, (point - center).squaredNorm());
           }
+          const std::scoped_lock lock{mutex};
+          for (const auto& [label, sum] : found) sums[label] += sum;
         });
+    add_up_over_ranks(cloud_.ranks().get(), sums);
+    return sums;
   }
 
   /// The means; centres without points go where points are farthest from theirs. One in each other

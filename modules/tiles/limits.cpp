@@ -3,7 +3,6 @@ module;
 #include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -11,11 +10,9 @@ module cilantro.tiles;
 
 import cilantro.eigen;
 import cilantro.geometry;
-import :communicator;
 import :limits;
-import :ranks;
-import :running;
 import :survey;
+import :tile_sums;
 
 namespace cilantro {
 namespace {
@@ -78,22 +75,12 @@ distance_statistics noted_statistics(const point_cloud<S, D>& tile) {
 
 template <Scalar S, int D>
 distance_statistics noted_statistics(const tiled_cloud<S, D>& cloud, const task_monitor& monitor) {
-  const auto& survey = *cloud.survey();
-  distance_statistics mine;
-  std::mutex mutex;
-  on_all_ranks(cloud.ranks().get(), [&] {
-    run_all<D>(
-        survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
-        [&](index_t t) { return memory_of<S, D>(survey, cloud.steps(), survey.tiles[t], 0); },
-        [&](index_t t) {
-          const auto found = noted_statistics(
-              run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop));
-          const std::scoped_lock lock{mutex};
-          mine += found;
-        },
-        monitor);
-  });
-  return add_up(cloud.ranks().get(), mine);
+  return sum_over_tiles(
+             cloud, std::vector<distance_statistics>(1), monitor,
+             [](const point_cloud<S, D>& points, std::vector<distance_statistics>& sums) {
+               sums.front() += noted_statistics(points);
+             })
+      .front();
 }
 
 template <Scalar S, int D>

@@ -57,8 +57,12 @@ class region_loader {
 
   /// The points of a region that are not in another one, whose points were loaded before.
   void load(const tile_region<D>& region, const tile_region<D>* known = nullptr) {
-    points_before_ = 0;
-    for (const auto& file : survey_.files) load(file, region, known);
+    const auto has_wanted = [&](const extent<D>& box) {
+      // Boxes were not rounded as points are.
+      return region.may_meet(box) &&
+             (known == nullptr || !known->contains(box, survey_.template slack<S>()));
+    };
+    for (const auto& range : survey_.files.ranges(has_wanted)) load(range, region, known);
   }
 
   /// The places of all points, in no order.
@@ -73,6 +77,7 @@ class region_loader {
   }
 
   loaded_points<S, D> result() && {
+    reader_.reset();
     expects(std::ssize(order_) <= std::numeric_limits<std::int32_t>::max(),
             "a tile with its surroundings has 2^31 points or more: open it with a smaller .edge");
     for (std::size_t i = 1; i < parts_.size(); ++i) parts_[i].comments.clear();
@@ -90,38 +95,19 @@ class region_loader {
   }
 
  private:
-  void load(const survey_file<D>& file, const tile_region<D>& region, const tile_region<D>* known) {
-    std::optional<cloud_reader<S, D>> reader;
-    std::uint64_t first = 0, begin = 0;
-    bool is_wanted = false;
-    const auto take_up_to = [&](std::uint64_t end) {
-      if (!reader) {
-        expect_unchanged(file);
-        reader.emplace(file.path, read_options{.monitor = {.stop = stop_}});
-        reader->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
-      }
-      load_range(*reader, file, begin, end, region, known);
-    };
-    for (const auto& run : file.runs) {
-      // Boxes were not rounded as points are.
-      const bool meets =
-          region.may_meet(run.box) &&
-          (known == nullptr || !known->contains(run.box, survey_.template slack<S>()));
-      if (meets && !is_wanted) begin = first;
-      if (!meets && is_wanted) take_up_to(first);
-      is_wanted = meets;
-      first += run.count;
+  void load(const point_range& range, const tile_region<D>& region, const tile_region<D>* known) {
+    const auto& file = survey_.files[range.file];
+    if (!reader_ || range.file != open_) {
+      expect_unchanged(file);
+      reader_.emplace(file.path, read_options{.monitor = {.stop = stop_}});
+      reader_->set_origin(survey_.is_local ? point_vector<double, D>::Zero() : survey_.origin);
+      open_ = range.file;
     }
-    if (is_wanted) take_up_to(first);
-    points_before_ += file.points;
-  }
-
-  void load_range(cloud_reader<S, D>& reader, const survey_file<D>& file, std::uint64_t first,
-                  std::uint64_t end, const tile_region<D>& region, const tile_region<D>* known) {
     constexpr std::uint64_t at_a_time = 16 * points_of_a_run;
-    reader.seek(first);
-    while (first < end) {
-      auto piece = reader.read(static_cast<index_t>(std::min(at_a_time, end - first)));
+    const auto points_before = survey_.files.points_before(range.file);
+    reader_->seek(range.first);
+    for (auto first = range.first; first < range.end;) {
+      auto piece = reader_->read(static_cast<index_t>(std::min(at_a_time, range.end - first)));
       if (piece.empty()) throw io_error{file.path, "has fewer points than it had"};
       piece.origin = survey_.origin;
       std::vector<std::uint64_t> places;
@@ -132,7 +118,7 @@ class region_loader {
         if (!is_finite(place) || !region.contains(place)) continue;
         if (known != nullptr && known->contains(place)) continue;
         wanted.push_back(static_cast<std::int32_t>(i));
-        order_.push_back(places.empty() ? points_before_ + first + static_cast<std::uint64_t>(i)
+        order_.push_back(places.empty() ? points_before + first + static_cast<std::uint64_t>(i)
                                         : places[i]);
       }
       first += static_cast<std::uint64_t>(piece.size());
@@ -145,7 +131,8 @@ class region_loader {
 
   const tile_survey<D>& survey_;
   const std::stop_token& stop_;
-  std::uint64_t points_before_ = 0;
+  std::optional<cloud_reader<S, D>> reader_;  ///< Of file number `open_`.
+  index_t open_ = 0;
   std::vector<point_cloud<S, D>> parts_;
   std::vector<std::uint64_t> order_;
 };

@@ -242,14 +242,14 @@ void scan_files(tile_survey<D>& survey, std::span<const fs::path> files,
                 const std::optional<point_vector<double, D>>& origin, const tile_options& options) {
   std::vector<std::optional<square_histogram>> squares(files.size());
   std::atomic<std::size_t> squares_in_all = 0;
-  survey.files.resize(files.size());
+  std::vector<survey_file<D>> scanned(files.size());
   parallel_blocks(
       std::ssize(files), 1, {options.threads, options.monitor}, [&](index_t f, index_t, index_t) {
         auto [file, counted] = scan<S, D>(files[f], origin, options.edge, options.monitor);
         // Of one file at most 65536, if their edge was not given.
         if (options.edge > 0)
           expects((squares_in_all += counted.counts().size()) <= 4 * most_squares, too_many_tiles);
-        survey.files[f] = std::move(file);
+        scanned[f] = std::move(file);
         squares[f] = std::move(counted);
       });
   survey.edge = options.edge;
@@ -270,8 +270,8 @@ void scan_files(tile_survey<D>& survey, std::span<const fs::path> files,
     for (auto& s : squares)
       if (!s->counts().empty()) s->coarsen(survey.edge);
   }
-  for (std::size_t f = 0; f < files.size(); ++f)
-    survey.files[f].squares = std::move(*squares[f]).take();
+  for (std::size_t f = 0; f < files.size(); ++f) scanned[f].squares = std::move(*squares[f]).take();
+  survey.files = {std::move(scanned), {options.threads}};
 }
 
 }  // namespace
@@ -301,7 +301,7 @@ tiled_cloud<S, D> open_tiles(std::span<const fs::path> files, const tile_options
   if (origin) survey->origin = *origin;
   if (is_same && (options.edge == 0 || options.edge == index->edge)) {
     survey->edge = index->edge;
-    survey->files = std::move(index->files);
+    survey->files = {std::move(index->files), {options.threads}};
   } else {
     auto how = options;
     if (index && how.edge == 0) how.edge = index->edge;

@@ -7,6 +7,7 @@ module;
 #include <cstdint>
 #include <iterator>
 #include <mutex>
+#include <utility>
 #include <vector>
 module cilantro.tiles;
 
@@ -37,22 +38,16 @@ hashed_place<S, D> hashed(const P& point, std::uint64_t seed) {
   return next;
 }
 
-/// Keeps the `count` least, each once.
+/// Sorts what was found, and keeps the `count` least of it and of what is sorted, each once.
 template <class T>
-void keep_least(std::vector<T>& all, index_t count) {
-  std::ranges::sort(all, [](const T& a, const T& b) { return a < b; });
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  if (std::ssize(all) > count) all.resize(count);
-}
-
-/// The `count` least of two that are sorted, each once.
-template <class T>
-std::vector<T> least_of(const std::vector<T>& a, const std::vector<T>& b, index_t count) {
+void keep_least(std::vector<T>& least, std::vector<T> found, index_t count) {
+  std::ranges::sort(found);
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   std::vector<T> all;
-  all.reserve(a.size() + b.size());
-  std::ranges::set_union(a, b, std::back_inserter(all));
+  all.reserve(least.size() + found.size());
+  std::ranges::set_union(least, found, std::back_inserter(all));
   if (std::ssize(all) > count) all.resize(count);
-  return all;
+  least = std::move(all);
 }
 
 }  // namespace
@@ -63,15 +58,14 @@ place_sample<S, D> sample_places(const tiled_cloud<S, D>& cloud, index_t count, 
   using entry = hashed_place<S, D>;
   std::vector<entry> least;
   std::mutex mutex;
+  const auto highest_of_interest = [&] {
+    const std::scoped_lock lock{mutex};
+    return std::ssize(least) == count ? least.back().hash : ~std::uint64_t{0};
+  };
   const auto points = sum_over_tiles(cloud, std::vector<index_t>{0}, monitor,
                                      [&](point_cloud<S, D> tile, std::vector<index_t>& sum) {
                                        relate_to(cloud.origin(), tile);
-                                       std::uint64_t highest = ~std::uint64_t{0};
-                                       {
-                                         const std::scoped_lock lock{mutex};
-                                         if (std::ssize(least) == count)
-                                           highest = least.back().hash;
-                                       }
+                                       const auto highest = highest_of_interest();
                                        std::vector<entry> found;
                                        for (index_t i = 0; i < tile.size(); ++i) {
                                          if (!is_finite(tile.points.col(i))) continue;
@@ -79,12 +73,10 @@ place_sample<S, D> sample_places(const tiled_cloud<S, D>& cloud, index_t count, 
                                          const auto next = hashed<S, D>(tile.points.col(i), seed);
                                          if (next.hash <= highest) found.push_back(next);
                                        }
-                                       keep_least(found, count);
                                        const std::scoped_lock lock{mutex};
-                                       least = least_of(least, found, count);
+                                       keep_least(least, std::move(found), count);
                                      });
-  least = gather_all(cloud.ranks().get(), least);
-  keep_least(least, count);
+  keep_least(least, gather_all(cloud.ranks().get(), least), count);
   place_sample<S, D> sample{points[0], point_matrix<S, D>(D, std::ssize(least))};
   for (index_t i = 0; i < std::ssize(least); ++i)
     for (int d = 0; d < D; ++d) sample.places(d, i) = least[i].place[d];

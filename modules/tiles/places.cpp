@@ -112,6 +112,18 @@ void set_places(point_cloud<S, D>& cloud, std::vector<std::uint64_t> places) {
 }
 
 template <Scalar S, int D>
+std::span<const std::uint64_t> places_of(const point_cloud<S, D>& cloud) {
+  const auto noted = std::ranges::find(cloud.attributes, place_name, &attribute::name);
+  if (noted == cloud.attributes.end()) return {};
+  return std::get<std::vector<std::uint64_t>>(noted->values);
+}
+
+template <Scalar S, int D>
+void drop_places(point_cloud<S, D>& cloud) {
+  (void)take(cloud, place_name);
+}
+
+template <Scalar S, int D>
 void put_aside(point_cloud<S, D>& cloud) {
   if (const auto noted = take(cloud, place_name)) {
     const auto& places = std::get<std::vector<std::uint64_t>>(*noted);
@@ -182,6 +194,8 @@ std::vector<std::uint64_t> take_back(point_cloud<S, D>& cloud) {
   template void set_places_by_cell(point_cloud<S, D>&, const tile_survey<D>&,                \
                                    const cell_layout_of<D>&);                                \
   template void set_places(point_cloud<S, D>&, std::vector<std::uint64_t>);                  \
+  template std::span<const std::uint64_t> places_of(const point_cloud<S, D>&);               \
+  template void drop_places(point_cloud<S, D>&);                                             \
   template void put_aside(point_cloud<S, D>&);                                               \
   template std::vector<index_t> sort_by_border(point_cloud<S, D>&, const tile_info&, double, \
                                                double);                                      \

@@ -35,6 +35,12 @@ void set_places_by_cell(point_cloud<S, D>& cloud, const tile_survey<D>& survey,
 template <Scalar S, int D>
 void set_places(point_cloud<S, D>& cloud, std::vector<std::uint64_t> places);
 
+/// What was noted, if anything was, and forgetting it.
+template <Scalar S, int D>
+std::span<const std::uint64_t> places_of(const point_cloud<S, D>& cloud);
+template <Scalar S, int D>
+void drop_places(point_cloud<S, D>& cloud);
+
 /// Turns what files of points do not hold to the last bit, places and colours, into numbers that
 /// they do. Throws `invalid_input` if places do not ascend.
 template <Scalar S, int D>

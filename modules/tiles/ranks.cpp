@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <exception>
 #include <functional>
 #include <span>
@@ -51,36 +49,9 @@ void on_first_rank(const process_group* ranks, const std::function<void()>& f) {
   });
 }
 
-distance_statistics add_up(const process_group* ranks, const distance_statistics& mine) {
-  if (ranks == nullptr) return mine;
-  // Sums are exact: in whatever order they are added, all ranks have the same.
-  auto own = mine;
-  std::string bytes;
-  const auto put = [&](const void* data, std::size_t size) {
-    bytes.append(static_cast<const char*>(data), size);
-  };
-  for (auto* sum : {&own.sum, &own.squares}) {
-    const auto limbs = sum->limbs();
-    put(limbs.data(), limbs.size_bytes());
+void take_all_tickets(const process_group* ranks) {
+  while (ranks != nullptr && ranks->next_ticket()) {
   }
-  put(&own.count, sizeof own.count);
-  distance_statistics all;
-  for (const auto& text : gather_texts(ranks, bytes)) {
-    distance_statistics one;
-    const char* from = text.data();
-    const auto take = [&](void* data, std::size_t size) {
-      std::memcpy(data, from, size);
-      from += size;
-    };
-    if (text.size() != bytes.size()) throw std::runtime_error{"ranks run different programs"};
-    for (auto* sum : {&one.sum, &one.squares}) {
-      const auto limbs = sum->limbs();
-      take(limbs.data(), limbs.size_bytes());
-    }
-    take(&one.count, sizeof one.count);
-    all += one;
-  }
-  return all;
 }
 
 }  // namespace cilantro

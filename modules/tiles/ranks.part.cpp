@@ -13,7 +13,6 @@ module;
 module cilantro.tiles:ranks;
 
 import cilantro.core;
-import cilantro.geometry;
 import :communicator;
 
 namespace cilantro {
@@ -40,7 +39,8 @@ std::vector<T> gather_all(const process_group* ranks, const std::vector<T>& mine
 void on_all_ranks(const process_group* ranks, const std::function<void()>& f);
 void on_first_rank(const process_group* ranks, const std::function<void()>& f);
 
-/// The sum of what all ranks have.
-distance_statistics add_up(const process_group* ranks, const distance_statistics& mine);
+/// Takes what is left of a round of tickets, so that the other ranks are told that there are no
+/// more: they need not go on once one of them has been told to stop.
+void take_all_tickets(const process_group* ranks);
 
 }  // namespace cilantro

@@ -3,13 +3,17 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;
 import cilantro.consensus;
+import cilantro.search;
 import :exact_moments;
 import :place_sample;
 import :ranks;
@@ -23,6 +27,35 @@ constexpr index_t places_looked_at = 50'000;
 constexpr index_t planes_compared = 8;
 /// The most fits of a plane to its inliers, one after another, as in memory.
 constexpr int most_fits = 10;
+
+/// Planes through a place and those that are nearest to it, which the planes of a survey, such as
+/// roofs, have to themselves: of points anywhere, a plane with a share p of all has p^D of the
+/// samples, and here p.
+template <int D>
+class local_planes : public hyperplane_family<double, D> {
+ public:
+  explicit local_planes(const point_matrix<double, D>& places)
+      : hyperplane_family<double, D>{places}, places_{places} {
+    if (places.cols() > 0) tree_.emplace(places);
+  }
+
+  [[nodiscard]] index_t sample_size() const { return 1; }
+  [[nodiscard]] std::optional<hyperplane_model<D>> fit(
+      std::span<const std::int32_t> indices) const {
+    if (indices.size() != 1) return hyperplane_family<double, D>::fit(indices);
+    index_list nearest;
+    for (const auto& near : tree_->find(places_.col(indices[0]), knn{places_of_a_sample}))
+      nearest.push_back(near.index);
+    return hyperplane_family<double, D>::fit(nearest);
+  }
+
+ private:
+  /// So many that a plane is not tilted much by noise, and few others are among them.
+  static constexpr index_t places_of_a_sample = 10;
+
+  const point_matrix<double, D>& places_;
+  std::optional<kd_tree<double, D>> tree_;
+};
 
 /// The points that agree with a plane.
 template <int D>
@@ -55,24 +88,28 @@ std::optional<hyperplane_model<D>> plane_of(const moment_sums<D>& points) {
   return hyperplane_model<D>{normal, -normal.dot(points.mean())};
 }
 
+/// Adds a point to the sums of the planes that it agrees with.
+template <int D>
+void add_to(std::vector<plane_sums<D>>& sums, const point_vector<double, D>& point,
+            const std::vector<hyperplane_model<D>>& planes, double max_residual) {
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    const double distance = std::abs(planes[p].signed_distance(point));
+    if (!(distance <= max_residual)) continue;
+    sums[p].inliers.add(point);
+    sums[p].squares.add_product(distance, distance);
+  }
+}
+
 template <Scalar S, int D>
 std::vector<plane_sums<D>> measured(const tiled_cloud<S, D>& cloud,
                                     const std::vector<hyperplane_model<D>>& planes,
                                     double max_residual, const task_monitor& monitor) {
-  return sum_over_tiles(cloud, std::vector<plane_sums<D>>(planes.size()), monitor,
-                        [&](point_cloud<S, D> points, std::vector<plane_sums<D>>& sums) {
-                          relate_to(cloud.origin(), points);
-                          for (index_t i = 0; i < points.size(); ++i) {
-                            const point_vector<double, D> point =
-                                points.points.col(i).template cast<double>();
-                            for (std::size_t p = 0; p < planes.size(); ++p) {
-                              const double distance = std::abs(planes[p].signed_distance(point));
-                              if (!(distance <= max_residual)) continue;
-                              sums[p].inliers.add(point);
-                              sums[p].squares.add_product(distance, distance);
-                            }
-                          }
-                        });
+  const auto visit = [&](point_cloud<S, D> points, std::vector<plane_sums<D>>& sums) {
+    relate_to(cloud.origin(), points);
+    for (index_t i = 0; i < points.size(); ++i)
+      add_to<D>(sums, points.points.col(i).template cast<double>(), planes, max_residual);
+  };
+  return sum_over_tiles(cloud, std::vector<plane_sums<D>>(planes.size()), monitor, visit);
 }
 
 }  // namespace
@@ -85,19 +122,20 @@ std::optional<survey_plane<D>> ransac_hyperplane(const tiled_cloud<S, D>& cloud,
   const auto monitor =
       in_passes(options.monitor, passes_of_limits(cloud) + 2 + (options.refit ? most_fits : 0));
   auto of_sample = options;
-  of_sample.monitor = {};
+  of_sample.monitor = {{}, options.monitor.stop};
   // Before any pass: options that make no sense are told at once.
   const Eigen::Matrix<double, D, 1> nothing = Eigen::Matrix<double, D, 1>::Zero();
   (void)ransac(hyperplane_family{nothing}, of_sample);
+  of_sample.min_inliers = 0;
 
   const auto from = with_decided_steps(cloud, monitor);
   const auto sample = sample_places(from, places_looked_at, options.seed, monitor);
   const point_matrix<double, D> places = sample.places.template cast<double>();
-  of_sample.min_inliers = 0;
-  of_sample.monitor.stop = options.monitor.stop;
   decltype(sequential_ransac(hyperplane_family{places}, planes_compared, of_sample)) found;
   on_all_ranks(from.ranks().get(), [&] {
     found = sequential_ransac(hyperplane_family{places}, planes_compared, of_sample);
+    for (auto& plane : sequential_ransac(local_planes<D>{places}, planes_compared, of_sample))
+      found.push_back(std::move(plane));
   });
   const auto end_with = [&](std::optional<survey_plane<D>> result) {
     if (options.monitor.progress) options.monitor.progress(1);

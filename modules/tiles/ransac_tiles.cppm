@@ -24,11 +24,17 @@ struct survey_plane {
 /// no plane has enough of them.
 ///
 /// Planes are looked for among 50,000 points, which a hash of their coordinates and the seed
-/// chooses: eight of them, by `sequential_ransac` with these options. All points decide which is
-/// the best, in one pass, and by its inliers it is refitted, in one more each. Sums are exact, so
-/// that it has the same bits for any tiles, threads and ranks. A plane with fewer than a few
-/// thousandths of all points may be missed: crop first. For a second plane, drop the inliers of the
-/// first, as by `with_reach(0, …)`.
+/// chooses: eight by samples of D of these, and eight by samples of one and the nine nearest to it,
+/// by `sequential_ransac` with these options. All points decide which is the best, in one pass, and
+/// by its inliers it is refitted, in one more each. Sums are exact, so that it has the same bits
+/// for any tiles, threads and ranks. For a second plane, drop the inliers of the first, as by
+/// `with_reach(0, …)`.
+///
+/// With the default 1000 samples, a plane is missed once in a thousand times if it has 0.7 % of the
+/// points that are left of those of the larger planes, and lies so that points of the 50,000 have
+/// their nearest ones on it, too; if it is buried among others everywhere, if it has 19 % of them
+/// (8 % in 2D). For a share p, `.max_iterations` must be 7/p, or 7/p³ (7/p²). Below 0.1 %, 50 of
+/// the 50,000 points, crop first.
 ///
 /// `.max_residual`, `.score`, `.min_inliers` and `.refit` are of all points; the other options of
 /// the search among those chosen. Throws `invalid_input` for options that make no sense, and for

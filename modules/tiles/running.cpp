@@ -109,11 +109,14 @@ class tile_run {
   /// Sends the cloud through the steps; false if it turns out that more points have to be known.
   bool pass(loaded_points<S, D>& loaded) {
     auto& cloud = loaded.cloud;
-    if (places_from_ && !gives_places(*places_from_)) set_places(cloud, std::move(loaded.order));
-    loaded.order = {};
-    std::size_t end_of_looking = 0;
-    for (std::size_t s = 0; s < steps_.size(); ++s)
+    const bool keeps_places = places_from_ && !gives_places(*places_from_);
+    std::size_t end_of_looking = 0, end_of_choosing = 0;
+    for (std::size_t s = 0; s < steps_.size(); ++s) {
       if (looks_around(steps_[s].reach)) end_of_looking = s + 1;
+      if (steps_[s].chosen) end_of_choosing = s + 1;
+    }
+    if (keeps_places || end_of_choosing > 0) set_places(cloud, std::move(loaded.order));
+    loaded.order = {};
     if (end_of_looking == 0) keep_result(cloud);
     for (std::size_t s = 0; s < steps_.size(); ++s) {
       if (stop_.stop_requested()) throw cancelled{};
@@ -121,6 +124,7 @@ class tile_run {
       if (places_from_ == s && gives_places(s))
         set_places_by_cell(cloud, survey_, *steps_[s].order.cells);
       cloud = steps_[s].apply(std::move(cloud));
+      if (s + 1 == end_of_choosing && !keeps_places) drop_places(cloud);
       if (s + 1 == end_of_looking)
         keep_result(cloud);
       else if (s + 1 < end_of_looking && looks_around(steps_[s].reach))
@@ -306,7 +310,12 @@ std::uint64_t memory_of(const tile_survey<D>& survey, std::span<const tile_step<
                                           points_around(survey, tile, margin)),
                                  double(survey.points));
   constexpr double of_readers = 3e6;
-  const double bytes = points * bytes_per_point<S, D>(survey.parts) + of_readers;
+  double bytes = points * bytes_per_point<S, D>(survey.parts) + of_readers;
+  std::optional<tile_area> area{area_of(tile, edge, margin)};
+  for (const auto& step : steps) {
+    if (step.more_memory) bytes += double(step.more_memory(area));
+    if (step.moves_points) area.reset();
+  }
   expects(bytes <= double(survey.memory),
           "a tile of " + std::to_string(tile.points) + " points may take " +
               std::to_string(std::llround(bytes / 1e6)) +

@@ -17,6 +17,7 @@ module;
 module cilantro.tiles;
 
 import :communicator;
+import :ranks;
 import :running;
 import :survey;
 
@@ -35,7 +36,7 @@ class crew {
   void run(int threads, const std::function<double(index_t)>& share) {
     threads == 1 ? run_here(share) : run_apart(threads, share);
     if (error_) std::rethrow_exception(error_);
-    if (monitor_.stop.stop_requested()) throw cancelled{};
+    if (is_stopped()) throw cancelled{};
     if (monitor_.progress) monitor_.progress(1);
   }
 
@@ -74,6 +75,12 @@ class crew {
     std::uint64_t cost = 0;
     double done = 0;
     try {
+      if (is_stopped()) {
+        // Whoever else asks for tiles is told that there are no more.
+        while (next_()) {
+        }
+        return false;
+      }
       if (is_over()) return false;
       const auto i = next_();
       if (!i) return false;
@@ -98,9 +105,10 @@ class crew {
     return true;
   }
 
+  [[nodiscard]] bool is_stopped() const { return monitor_.stop.stop_requested(); }
   [[nodiscard]] bool is_over() {
     const std::scoped_lock lock{mutex_};
-    return error_ || monitor_.stop.stop_requested();
+    return error_ || is_stopped();
   }
 
   /// On the thread of the caller, which is the one that progress is reported on.
@@ -151,7 +159,10 @@ void run_all(const tile_survey<D>& survey, const process_group* ranks,
   // Where ranks deal, none may stay away, not even one that cannot go on.
   const index_t count = std::ssize(order);
   if (ranks != nullptr) ranks->deal(count);
-  if (monitor.stop.stop_requested()) throw cancelled{};
+  if (monitor.stop.stop_requested()) {
+    take_all_tickets(ranks);
+    throw cancelled{};
+  }
   for (const index_t t : order) {
     costs.push_back(cost(t));
     points += double(survey.tiles[t].points);

@@ -8,6 +8,7 @@ module;
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <variant>
@@ -40,12 +41,63 @@ void describe_points(const point_cloud<S, D>& cloud, double edge, bool is_local,
 template <int D>
 void join_files(tile_survey<D>& survey) {
   square_counts all;
+  survey.bounds = survey.files.bounds();
   for (const auto& file : survey.files) {
     survey.points += file.points;
-    for (const auto& run : file.runs) survey.bounds.add(run.box);
     for (const auto& [key, count] : file.squares) all[key] += count;
   }
   for (const auto& [key, count] : all) survey.tiles.push_back({key.x, key.y, count});
+}
+
+template <int D>
+double points_within(const survey_files<D>& files, const tile_area& area) {
+  // Where a box ends in the area, and where the area ends in it.
+  const auto overlap = [&](const extent<D>& box, int d) {
+    return std::min(box.upper[d], area.upper[d]) - std::max(box.lower[d], area.lower[d]);
+  };
+  double points = 0;
+  files.for_each_run(
+      [&](const extent<D>& box) { return overlap(box, 0) >= 0 && overlap(box, 1) >= 0; },
+      [&](const point_run<D>& run) {
+        double share = 1;
+        for (int d = 0; d < 2; ++d)
+          if (const double size = run.box.upper[d] - run.box.lower[d]; size > 0)
+            share *= overlap(run.box, d) / size;
+        points += double(run.count) * share;
+      });
+  return points;
+}
+
+template <int D>
+std::string description_of(const survey_files<D>& files) {
+  // As one number (FNV-1a).
+  std::uint64_t hash = 14695981039346656037u, points = 0;
+  const auto take = [&](std::string_view text) {
+    for (const unsigned char c : text) hash = (hash ^ c) * 1099511628211u;
+  };
+  for (index_t f = 0; f < static_cast<index_t>(files.size()); ++f) {
+    const auto& file = files[f];
+    points += file.points;
+    std::string line = file.path.filename().string() + ' ' + std::to_string(file.bytes) + ' ' +
+                       std::to_string(file.modified);
+    for (int d = 0; d < D; ++d)
+      line += ' ' + in_digits(files.bounds(f).lower[d]) + ' ' + in_digits(files.bounds(f).upper[d]);
+    take(line + '\n');
+  }
+  return std::to_string(files.size()) + " files with " + std::to_string(points) + " points from " +
+         (files.empty() ? "nowhere" : files.front().path.filename().string()) + ", file number " +
+         std::to_string(hash);
+}
+
+template <Scalar S, int D>
+std::string description_of(const std::vector<tile_step<S, D>>& steps) {
+  std::string line;
+  for (const auto& step : steps) {
+    line += " | " + step.name + " (" + in_digits(step.reach.distance) + ", " +
+            std::to_string(step.reach.neighbors) + ")";
+    if (!step.about.empty()) line += ' ' + step.about;
+  }
+  return line;
 }
 
 template <int D>
@@ -123,12 +175,17 @@ double bytes_per_point(const point_parts& parts) {
   template void describe_points(const point_cloud<S, D>&, double, bool, survey_file<D>&);      \
   template void conform(point_cloud<S, D>&, const point_parts&, const std::filesystem::path&); \
   template point_parts parts_of(const point_cloud<S, D>&);                                     \
-  template double bytes_per_point<S, D>(const point_parts&);
+  template double bytes_per_point<S, D>(const point_parts&);                                   \
+  template std::string description_of(const std::vector<tile_step<S, D>>&);
 CILANTRO_INSTANTIATE(float, 2)
 CILANTRO_INSTANTIATE(float, 3)
 CILANTRO_INSTANTIATE(double, 2)
 CILANTRO_INSTANTIATE(double, 3)
 #undef CILANTRO_INSTANTIATE
+template double points_within(const survey_files<2>&, const tile_area&);
+template double points_within(const survey_files<3>&, const tile_area&);
+template std::string description_of(const survey_files<2>&);
+template std::string description_of(const survey_files<3>&);
 template void join_files(tile_survey<2>&);
 template void join_files(tile_survey<3>&);
 template void expect_unchanged(const survey_file<2>&);

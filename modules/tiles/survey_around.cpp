@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -92,7 +96,58 @@ point_cloud<S, D> survey_around<S, D>::around(const tile_key& square,
 
 template <Scalar S, int D>
 std::uint64_t survey_around<S, D>::memory_around(const tile_key& square) const {
-  return memory_of<S, D>(*survey_, steps_, info_of(square), margin_);
+  const auto tile = info_of(square);
+  const auto spread_evenly = memory_of<S, D>(*survey_, steps_, tile, margin_);
+  double margin = margin_;
+  for (const auto& step : steps_) margin += step.reach.distance;
+  const double bytes = points_within(survey_->files, area_of(tile, survey_->edge, margin)) *
+                       bytes_per_point<S, D>(survey_->parts);
+  expects(bytes <= double(survey_->memory),
+          "what a survey has around a square of " + in_digits(survey_->edge) + " may take " +
+              std::to_string(std::llround(bytes / 1e6)) + " MB, and its memory is " +
+              std::to_string(survey_->memory / 1'000'000) +
+              " MB: open it with a smaller edge, or more memory");
+  return std::max(spread_evenly, static_cast<std::uint64_t>(bytes));
+}
+
+template <Scalar S, int D>
+std::uint64_t survey_around<S, D>::most_memory(const tile_area& area) const {
+  const auto& bounds = survey_->bounds;
+  std::array<double, 2> lower, upper;
+  for (int d = 0; d < 2; ++d) {
+    // For a square without points, those of its neighbours are read.
+    lower[d] = std::max(area.lower[d], bounds.lower[d]) - margin_;
+    upper[d] = std::min(area.upper[d], bounds.upper[d]) + margin_;
+    if (!(lower[d] <= upper[d])) return 0;
+  }
+  const auto first = key_of(lower, survey_->edge), last = key_of(upper, survey_->edge);
+  const auto& tiles = survey_->tiles;
+  const auto from = [&](const tile_key& square) {
+    return std::ranges::lower_bound(tiles, square, {},
+                                    [](const tile_info& t) { return tile_key{t.x, t.y}; });
+  };
+  std::uint64_t most = 0;
+  for (auto at = from(first); at != tiles.end() && at->x <= last.x;) {
+    if (at->y < first.y) {
+      at = from({at->x, first.y});
+    } else if (at->y > last.y) {
+      at = from({at->x + 1, first.y});
+    } else {
+      most = std::max(most, memory_around(tile_key{at->x, at->y}));
+      ++at;
+    }
+  }
+  return most;
+}
+
+template <Scalar S, int D>
+std::uint64_t survey_around<S, D>::memory_around(const std::optional<tile_area>& area) const {
+  if (area) return most_memory(*area);
+  std::call_once(is_known_anywhere_, [&] {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    memory_anywhere_ = most_memory({{-far, -far}, {far, far}});
+  });
+  return memory_anywhere_;
 }
 
 template <Scalar S, int D>

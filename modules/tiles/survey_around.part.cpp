@@ -3,10 +3,14 @@
 // The points of a survey around places that something else has: another survey, or a scan.
 // Internal.
 module;
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <stop_token>
 #include <vector>
 module cilantro.tiles:survey_around;
@@ -14,6 +18,7 @@ module cilantro.tiles:survey_around;
 import cilantro.core;
 import cilantro.cloud;
 import :communicator;
+import :reduce_tiles;
 import :survey;
 import :tile_step;
 import :tiled_cloud;
@@ -53,13 +58,19 @@ class survey_around {
   /// The points after all steps that are in a square or within the distance of it, in the order of
   /// the whole.
   [[nodiscard]] point_cloud<S, D> around(const tile_key& square, const std::stop_token& stop) const;
-  /// How many bytes the points around a square may take while they are worked on. Throws
-  /// `invalid_input` if that is more than the memory.
+  /// How many bytes the points around a square may take while they are worked on, however unevenly
+  /// they are spread. Throws `invalid_input` if that is more than the memory.
   [[nodiscard]] std::uint64_t memory_around(const tile_key& square) const;
-  /// The same of the square where a tile of another survey has its middle.
-  [[nodiscard]] std::uint64_t memory_around(const tile_info& tile, double edge) const {
-    return memory_around(tile_key{square_of((double(tile.x) + 0.5) * edge, survey_->edge),
-                                  square_of((double(tile.y) + 0.5) * edge, survey_->edge)});
+  /// The most that those around one of the squares take that places of an area may be in; or,
+  /// without an area, places anywhere.
+  [[nodiscard]] std::uint64_t memory_around(const std::optional<tile_area>& area) const;
+
+  /// The same for the points of a tile of a cloud after its steps.
+  [[nodiscard]] std::uint64_t memory_around(const tiled_cloud<S, D>& cloud,
+                                            const tile_info& tile) const {
+    if (std::ranges::any_of(cloud.steps(), &tile_step<S, D>::moves_points))
+      return memory_around(std::optional<tile_area>{});
+    return memory_around(std::optional{area_of(tile, cloud.edge())});
   }
 
   /// Calls `work(square, places)` for all squares, several at a time, as far as the memory without
@@ -70,11 +81,35 @@ class survey_around {
 
  private:
   [[nodiscard]] tile_info info_of(const tile_key& square) const;
+  [[nodiscard]] std::uint64_t most_memory(const tile_area& area) const;
 
   std::shared_ptr<const tile_survey<D>> survey_;
   std::vector<tile_step<S, D>> steps_;
   std::shared_ptr<const process_group> ranks_;
   double distance_, margin_;
+  mutable std::once_flag is_known_anywhere_;
+  mutable std::uint64_t memory_anywhere_ = 0;
 };
+
+/// Adds up what `visit(square, places, sums)` adds to sums for each square, as `for_each_square`
+/// goes through them.
+template <TileSum T, Scalar S, int D, class F>
+std::vector<T> sum_over_squares(const survey_around<S, D>& target, const places_by_square& squares,
+                                const std::vector<T>& zeros, const task_monitor& monitor,
+                                std::uint64_t reserved, F visit) {
+  auto sums = zeros;
+  std::mutex mutex;
+  target.for_each_square(
+      squares,
+      [&](const tile_key& square, const index_list& indices) {
+        auto found = zeros;
+        visit(square, indices, found);
+        const std::scoped_lock lock{mutex};
+        for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += found[s];
+      },
+      monitor, reserved);
+  add_up_over_ranks(target.ranks(), sums);
+  return sums;
+}
 
 }  // namespace cilantro

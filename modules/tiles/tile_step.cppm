@@ -60,6 +60,23 @@ struct step_order {
   std::optional<cell_layout_of<D>> cells = {};
 };
 
+/// A rectangle of the first two coordinates, in world coordinates.
+struct tile_area {
+  std::array<double, 2> lower, upper;
+};
+
+/// What a step keeps that chooses points by their places in the order of the whole.
+struct place_choice {
+  std::uint64_t count = 0;  ///< How many points it keeps.
+  /// The place among these of what was at a place; nothing for what is not kept.
+  std::function<std::optional<std::uint64_t>(std::uint64_t)> place_of;
+};
+/// What `take`, `stride`, and a step that lists indices keep of so many points.
+[[nodiscard]] place_choice choose_first(std::uint64_t size, index_t count);
+[[nodiscard]] place_choice choose_every(std::uint64_t size, index_t n);
+[[nodiscard]] place_choice choose_listed(std::uint64_t size, const std::string& name,
+                                         const std::function<index_list(index_t)>& indices);
+
 /// A step on tiles, whatever its type.
 template <Scalar S, int D>
 struct tile_step {
@@ -72,6 +89,17 @@ struct tile_step {
   /// points together decide; otherwise empty, as `limit` is. Such a step has no `apply`.
   std::function<std::vector<double>(const point_cloud<S, D>&)> measure = {};
   std::function<double(const distance_statistics&)> limit = {};
+  /// What a run that is resumed must have in common with the one before, beside name and reach.
+  std::string about = {};
+  /// Of a step that takes memory beside that of its points: how many bytes, for points of an area,
+  /// or, without one, for points anywhere.
+  std::function<std::uint64_t(const std::optional<tile_area>&)> more_memory = {};
+  bool keeps_all = false;  ///< Whether it keeps all points, in their order.
+  /// Of a step that chooses points by their places: what it keeps of so many, and, once it is
+  /// decided, what it and those before it keep of the points of the files. Only then it has an
+  /// `apply`.
+  std::function<place_choice(std::uint64_t)> choice = {};
+  std::shared_ptr<const place_choice> chosen = {};
 };
 
 /// A step that keeps points by a number that each has, if that is at most a limit that all points
@@ -130,6 +158,39 @@ template <class Step>
     return step;
 }
 
+/// The steps that choose points by their places in the order of the whole.
+using take_step = decltype(take(index_t{}));
+using stride_step = decltype(stride(index_t{}));
+using random_sample_step = decltype(random_sample(index_t{}));
+using uniform_sample_step = decltype(uniform_sample(index_t{}));
+template <class T>
+concept PlaceChoosing = std::same_as<T, take_step> || std::same_as<T, stride_step> ||
+                        std::same_as<T, random_sample_step> || std::same_as<T, uniform_sample_step>;
+
+/// What such a step keeps, and its parameters in words.
+template <PlaceChoosing T>
+[[nodiscard]] std::pair<std::function<place_choice(std::uint64_t)>, std::string> choice_of(
+    const T& step) {
+  if constexpr (std::same_as<T, take_step>)
+    return {[n = step.count](std::uint64_t size) { return choose_first(size, n); },
+            "of " + std::to_string(step.count)};
+  else if constexpr (std::same_as<T, stride_step>)
+    return {[n = step.n](std::uint64_t size) { return choose_every(size, n); },
+            "of " + std::to_string(step.n)};
+  else if constexpr (std::same_as<T, uniform_sample_step>)
+    return {[n = step.count](std::uint64_t size) {
+              return choose_listed(size, "uniform_sample",
+                                   [n](index_t all) { return uniform_indices(all, n); });
+            },
+            "of " + std::to_string(step.count)};
+  else
+    return {[n = step.count, seed = step.options.seed](std::uint64_t size) {
+              return choose_listed(size, "random_sample",
+                                   [n, seed](index_t all) { return random_indices(all, n, seed); });
+            },
+            "of " + std::to_string(step.count) + " by " + std::to_string(step.options.seed)};
+}
+
 template <Scalar S, int D, class Step>
 void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
   using on_tiles = decltype(for_tiles(next));
@@ -146,6 +207,12 @@ void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
          {},
          [step](const point_cloud<S, D>& cloud) { return step.measure(cloud); },
          [step](const distance_statistics& all) { return step.template limit<S>(all); }});
+  } else if constexpr (PlaceChoosing<Step>) {
+    auto [choice, about] = choice_of(next);
+    tile_step<S, D> step{name_of(next), {}, false, writes_outside_of(next), {true}};
+    step.about = std::move(about);
+    step.choice = std::move(choice);
+    steps.push_back(std::move(step));
   } else {
     static_assert(
         SaysReach<Step>,
@@ -158,6 +225,12 @@ void add_tile_steps(std::vector<tile_step<S, D>>& steps, const Step& next) {
                        order_of<S, D>(next), [step = for_tiles(next)](point_cloud<S, D>&& cloud) {
                          return step(std::move(cloud));
                        }});
+    steps.back().keeps_all = keeps_points<Step>;
+    if constexpr (requires { next.about(); }) steps.back().about = next.about();
+    if constexpr (requires(const std::optional<tile_area>& area) { next.more_memory(area); })
+      steps.back().more_memory = [next](const std::optional<tile_area>& area) {
+        return next.more_memory(area);
+      };
   }
 }
 

@@ -38,16 +38,14 @@ tiled_cloud<S, D> with_decided_steps(const tiled_cloud<S, D>& cloud, const task_
   return {cloud.survey(), with_limits(cloud, monitor), cloud.ranks()};
 }
 
-/// Adds up what `visit(points, sums)` adds to sums for the points of each tile, by several threads
-/// and by all ranks. `more_memory(t)` is what visiting tile number t takes beside its points.
+/// Calls `visit(points)` for the points of each tile that has some, by several threads, and shared
+/// among all ranks. `more_memory(t)` is what visiting tile number t takes beside its points.
 /// Precondition: the limits of the steps are decided.
-template <TileSum T, Scalar S, int D, class F>
-std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<T>& zeros,
-                              const std::function<std::uint64_t(index_t)>& more_memory,
-                              const task_monitor& monitor, F visit) {
+template <Scalar S, int D, class F>
+void visit_points(const tiled_cloud<S, D>& cloud,
+                  const std::function<std::uint64_t(index_t)>& more_memory,
+                  const task_monitor& monitor, F visit) {
   const auto& survey = *cloud.survey();
-  auto sums = zeros;
-  std::mutex mutex;
   on_all_ranks(cloud.ranks().get(), [&] {
     run_all<D>(
         survey, cloud.ranks().get(), all_tiles(survey), survey.threads,
@@ -63,13 +61,25 @@ std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<
         },
         [&](index_t t) {
           auto points = run_tile<S, D>(survey, cloud.steps(), survey.tiles[t], 0, monitor.stop);
-          if (points.empty()) return;
-          auto found = zeros;
-          visit(std::move(points), found);
-          const std::scoped_lock lock{mutex};
-          for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += found[s];
+          if (!points.empty()) visit(std::move(points));
         },
         monitor);
+  });
+}
+
+/// Adds up what `visit(points, sums)` adds to sums for the points of each tile, as `visit_points`
+/// goes through them.
+template <TileSum T, Scalar S, int D, class F>
+std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<T>& zeros,
+                              const std::function<std::uint64_t(index_t)>& more_memory,
+                              const task_monitor& monitor, F visit) {
+  auto sums = zeros;
+  std::mutex mutex;
+  visit_points(cloud, more_memory, monitor, [&](point_cloud<S, D> points) {
+    auto found = zeros;
+    visit(std::move(points), found);
+    const std::scoped_lock lock{mutex};
+    for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += found[s];
   });
   add_up_over_ranks(cloud.ranks().get(), sums);
   return sums;

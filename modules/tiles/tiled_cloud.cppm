@@ -139,17 +139,23 @@ export template <Scalar S, int D = 3>
 
 template <Scalar S, int D>
 void expect_steps_on_tiles(const std::vector<tile_step<S, D>>& steps);
+/// Decides which points of the files the steps keep that choose by places. Throws `invalid_input`
+/// where places are not known.
+template <Scalar S, int D>
+void decide_places(const tile_survey<D>& survey, std::vector<tile_step<S, D>>& steps);
 
 /// Adds a step, or a pipeline of steps, that each tile is sent through, once its result is asked
 /// for. Each step must say how far it looks: see `SaysReach`. Throws `invalid_input` for a step
-/// that looks at the whole cloud, for one that writes to something that tiles would share, and for
-/// one that looks around after one that has moved points.
+/// that looks at the whole cloud, for one that writes to something that tiles would share, for one
+/// that looks around after one that has moved points, and for one that chooses points by their
+/// places in the order of the whole where one before it removes some or some are not finite.
 export template <Scalar S, int D, class Step>
   requires(!requires(const Step& sink, const tiled_cloud<S, D>& all) { sink.take(all); })
 [[nodiscard]] tiled_cloud<S, D> operator|(const tiled_cloud<S, D>& cloud, const Step& step) {
   auto steps = cloud.steps();
   add_tile_steps(steps, step);
   expect_steps_on_tiles<S, D>(steps);
+  decide_places<S, D>(*cloud.survey(), steps);
   return {cloud.survey(), std::move(steps), cloud.ranks()};
 }
 

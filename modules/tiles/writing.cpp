@@ -23,6 +23,7 @@ import :index_file;
 import :limits;
 import :places;
 import :ranks;
+import :reduce_tiles;
 import :running;
 import :survey;
 import :tile_writer;
@@ -52,23 +53,9 @@ bool order_decides(const tiled_cloud<S, D>& cloud) {
 template <Scalar S, int D>
 std::string description_of(const tiled_cloud<S, D>& cloud, const write_tiles_options& options) {
   const auto& survey = *cloud.survey();
-  // Names, sizes and times of the files, as one number (FNV-1a).
-  std::uint64_t hash = 14695981039346656037u;
-  const auto take = [&](std::string_view text) {
-    for (const unsigned char c : text) hash = (hash ^ c) * 1099511628211u;
-  };
-  for (const auto& file : survey.files)
-    take(file.path.filename().string() + ' ' + std::to_string(file.bytes) + ' ' +
-         std::to_string(file.modified) + '\n');
-  std::string line =
-      "cilantro tiles 1, of " + std::to_string(survey.files.size()) + " files with " +
-      std::to_string(survey.points) + " points from " +
-      (survey.files.empty() ? "nowhere" : survey.files.front().path.filename().string()) +
-      ", file number " + std::to_string(hash) + ", edge " + in_digits(survey.edge) + ", " +
-      (std::same_as<S, float> ? "float" : "double") + ", to " + options.format + ", steps:";
-  for (const auto& step : cloud.steps())
-    line += " | " + step.name + " (" + in_digits(step.reach.distance) + ", " +
-            std::to_string(step.reach.neighbors) + ")";
+  std::string line = "cilantro tiles 1, of " + description_of(survey.files) + ", edge " +
+                     in_digits(survey.edge) + ", " + (std::same_as<S, float> ? "float" : "double") +
+                     ", to " + options.format + ", steps:" + description_of(cloud.steps());
   std::ranges::replace_if(line, [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return line;
 }
@@ -123,15 +110,16 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       const double border = likely_border<S, D>(*from.survey(), steps, before.size());
       const tiled_cloud<S, D> to_note{from.survey(), std::move(before), ranks};
       tile_writer<S, D> writer{to_note, pass, noting_what, true, options, monitor, border};
-      distance_statistics mine;
+      std::vector<distance_statistics> sums(1);
       std::mutex mutex;
       writer.write({}, [&](const point_cloud<S, D>& tile) {
         const auto found = noted_statistics(tile);
         const std::scoped_lock lock_of_sum{mutex};
-        mine += found;
+        sums.front() += found;
       });
       if (!writer.has_begun()) {
-        all = add_up(ranks.get(), mine);
+        add_up_over_ranks(ranks.get(), sums);
+        all = sums.front();
         if (monitor.progress) monitor.progress(1);
       }
     }

@@ -307,3 +307,30 @@ TEST_CASE("figures of an alignment that was stopped are none") {
                                  {.max_distance = 1.5, .monitor = {.stop = stop.get_token()}}),
                   cancelled);
 }
+
+TEST_CASE("what is read of a target is in the budget, wherever the source is moved to") {
+  const test::temporary_folder folder;
+  point_cloud<float, 3> dense;
+  dense.points.resize(3, 200'000);
+  random_stream random{3};
+  for (index_t i = 0; i < dense.size(); ++i)
+    dense.points.col(i) << random.uniform(1, 10), random.uniform(1, 10), random.uniform();
+  dense.points.col(7) << 90, 90, 0;
+  write_ply(dense, folder / "dense.ply");
+  rigid_transform<float, 3> away = rigid_transform<float, 3>::Identity();
+  away.translation()[0] = -400;
+  write_ply(transform(dense | take(2000) | stride(50), away), folder / "beside.ply");
+  align_options options{.metric = point_to_point{}, .max_distance = 1, .max_iterations = 1};
+  for (const double edge : {50.0, 1000.0}) {
+    const auto target = open_tiles<float>(folder / "dense.ply", {.edge = edge, .memory = 1_GB});
+    const auto source = [&](std::uint64_t memory) {
+      return open_tiles<float>(folder / "beside.ply", {.edge = 100, .memory = memory});
+    };
+    options.initial = {};
+    CHECK(align(source(40_MB), target, options).pairs == 0);
+    options.initial = any_transform{rigid_transform<float, 3>{away.inverse()}};
+    CHECK(align(source(100_MB), target, options).pairs == 40);
+    // 200,000 points take more than 50 MB while they are searched.
+    CHECK_THROWS_AS((void)align(source(40_MB), target, options), invalid_input);
+  }
+}

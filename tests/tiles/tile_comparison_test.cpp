@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <mutex>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -186,4 +187,102 @@ TEST_CASE("what cannot be compared is told, and nothing is compared as nothing")
                                       share = now;
                                     }}});
   CHECK(share == 1);
+}
+
+TEST_CASE("what is read of a target is in the budget, wherever it is dense") {
+  const test::temporary_folder folder;
+  // The first square of 50 has nearly all points, and the middle of the tile of 100 has few.
+  point_cloud<float, 3> dense;
+  dense.points.resize(3, 200'000);
+  random_stream random{3};
+  for (index_t i = 0; i < dense.size(); ++i)
+    dense.points.col(i) << random.uniform(1, 10), random.uniform(1, 10), random.uniform();
+  dense.points.col(7) << 90, 90, 0;
+  write_ply(dense, folder / "dense.ply");
+  const auto sparse = dense | take(2000) | stride(100);
+  write_ply(sparse, folder / "sparse.ply");
+  write_ply(transform(sparse, rigid_transform<float, 3>{Eigen::Translation3f{-400, 0, 0}}),
+            folder / "beside.ply");
+  const auto survey = [&](const char* name, std::uint64_t memory) {
+    return open_tiles<float>(folder / name, {.edge = 100, .memory = memory});
+  };
+  rigid_transform<float, 3> back = rigid_transform<float, 3>::Identity();
+  back.translation()[0] = 400;
+  const compare_options near{.max_distance = 1};
+  const auto difference = compare(sparse, survey("dense.ply", 1_GB), near);
+  // 200,000 points take more than 50 MB while they are searched.
+  for (const double edge : {50.0, 1000.0}) {
+    const auto target = open_tiles<float>(folder / "dense.ply", {.edge = edge, .memory = 1_GB});
+    const auto changes = distances_to(target, {.max_distance = 1});
+    CHECK(figures(compare(survey("sparse.ply", 100_MB), target, near)) == figures(difference));
+    CHECK((survey("sparse.ply", 100_MB) | changes).read().size() == sparse.size());
+    CHECK((survey("beside.ply", 100_MB) | transform(back) | changes).read().size() ==
+          sparse.size());
+    CHECK_THROWS_AS((void)compare(survey("sparse.ply", 40_MB), target, near), invalid_input);
+    CHECK_THROWS_AS((void)compare(survey("beside.ply", 40_MB) | transform(back), target, near),
+                    invalid_input);
+    CHECK_THROWS_AS((void)(survey("sparse.ply", 40_MB) | changes).read(), invalid_input);
+    CHECK_THROWS_AS((void)(survey("beside.ply", 40_MB) | transform(back) | changes).read(),
+                    invalid_input);
+    // Where the points are, there is nothing to read.
+    CHECK(compare(survey("beside.ply", 40_MB), target, near).pairs == 0);
+    CHECK((survey("beside.ply", 40_MB) | changes).read().size() == sparse.size());
+  }
+}
+
+TEST_CASE("a run is not resumed with another target, distance or attribute") {
+  const test::temporary_folder folder;
+  const auto ground = terrain<float>(3000), before = terrain<float>(2000, 2);
+  write_ply(ground, folder / "ground.ply");
+  const auto write_target = [&](float x) {
+    fs::remove_all(folder / "target");
+    write_ply(transform(before, rigid_transform<float, 3>{Eigen::Translation3f{x, 0, 0}}),
+              folder / "target.ply");
+    (void)(open_tiles<float>(folder / "target.ply", {.edge = 500}) |
+           write_tiles(folder / "target"));
+  };
+  const auto run = [&](bool fails, double distance, const std::string& name, bool resume) {
+    const auto target = open_tiles<float>(folder / "target");
+    const auto fail = with_reach(0, [fails](point_cloud<float, 3> cloud) {
+      if (fails && !cloud.empty() && cloud.points(0, 0) > 40) throw std::runtime_error{"no"};
+      return cloud;
+    });
+    return open_tiles<float>(folder / "ground.ply", {.edge = 10, .threads = 1}) |
+           distances_to(target, {.max_distance = distance, .attribute = name}) | fail |
+           write_tiles(folder / "out", {.resume = resume});
+  };
+  write_target(0);
+  CHECK_THROWS((void)run(true, 2, "change", false));
+  CHECK_THROWS_AS((void)run(false, 3, "change", true), invalid_input);
+  CHECK_THROWS_AS((void)run(false, 2, "distance", true), invalid_input);
+  // As many points and bytes as before, elsewhere.
+  write_target(1);
+  CHECK_THROWS_WITH((void)run(false, 2, "change", true),
+                    doctest::Contains("was begun with other files, steps or options"));
+  write_target(0);
+  const auto found = run(false, 2, "change", true).read();
+  test::check_same(found, ground | distances_to(open_tiles<float>(folder / "target"),
+                                                {.max_distance = 2, .attribute = "change"}));
+}
+
+TEST_CASE("distances_to is watched") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(2000), folder / "many.ply");
+  const auto many = open_tiles<float>(folder / "many.ply", {.edge = 5});
+  double share = 0;
+  std::stop_source stop;
+  const auto step =
+      distances_to(many | remove_statistical_outliers(), {.max_distance = 1,
+                                                          .monitor = {.progress =
+                                                                          [&](double now) {
+                                                                            CHECK(now >= share);
+                                                                            share = now;
+                                                                          },
+                                                                      .stop = stop.get_token()}});
+  CHECK(share == 1);
+  stop.request_stop();
+  CHECK_THROWS_AS((void)(terrain<float>(20) | step), cancelled);
+  CHECK_THROWS_AS((void)distances_to(many | remove_statistical_outliers(),
+                                     {.max_distance = 1, .monitor = {.stop = stop.get_token()}}),
+                  cancelled);
 }

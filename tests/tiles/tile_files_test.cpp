@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <stop_token>
 #include <string>
@@ -357,7 +358,8 @@ TEST_CASE("a process that is killed at any moment loses nothing but time") {
     if (fs::exists(out / "tiles.index")) break;
   }
   CHECK(killed > 0);
-  if (!fs::exists(out / "tiles.index")) (void)run(out, true);
+  // A process that is killed after the index is there may leave something that the next removes.
+  (void)run(out, true);
   check_same(open_tiles<float>(out).read(), expected);
   for (const auto& entry : fs::directory_iterator{out})
     CHECK((entry.path().extension() == ".ply" || entry.path().filename() == "tiles.index"));
@@ -384,4 +386,74 @@ TEST_CASE("a disk that is full is an error, and what was written is resumed") {
   CHECK(!fs::exists(folder / "t/tiles.index"));
   const auto survey = open_tiles<float>(folder / "a.ply", {.edge = 30});
   check_same(run(true).read(), (survey | estimate_normals(knn{8})).read());
+}
+
+TEST_CASE("regions have all of their points, whatever the order of files and runs") {
+  const test::temporary_folder folder;
+  const auto ground = terrain<double>(60'000);
+  (void)(open_tiles<double>(
+             [&] {
+               write_ply(ground, folder / "ground.ply");
+               return folder / "ground.ply";
+             }(),
+             {.edge = 2}) |
+         write_tiles(folder / "tiles"));
+  std::vector<fs::path> files = open_tiles<double>(folder / "tiles").files();
+  REQUIRE(files.size() > 500);
+  random_stream random{3};
+  for (std::size_t i = files.size(); i-- > 1;)
+    std::swap(files[i], files[std::size_t(random.uniform() * double(i + 1))]);
+  files.push_back(folder / "ground.ply");
+  const auto survey = open_tiles<double>(files, {.edge = 10});
+  const auto all = survey.read_box(survey.bounds());
+  CHECK(all.size() == 2 * ground.size());
+  for (int k = 0; k < 50; ++k) {
+    const double size = k % 5 == 0 ? 60 : 3;
+    const Eigen::Vector2d lower{-35 + 100 * random.uniform(), -45 + 60 * random.uniform()};
+    const Eigen::Vector2d upper = lower + Eigen::Vector2d::Constant(size * random.uniform());
+    const auto found =
+        survey.read_box(box{.lower = {lower[0], lower[1]}, .upper = {upper[0], upper[1]}});
+    const auto expected = select(all, [&](index_t i) {
+      const Eigen::Vector2d p = all.points.col(i).head<2>() + all.origin.head<2>();
+      return (p.array() >= lower.array()).all() && (p.array() <= upper.array()).all();
+    });
+    CHECK((found.points == expected.points));
+    CHECK((found.empty() || found.attributes == expected.attributes));
+  }
+}
+
+TEST_CASE("a region is found without a look at all runs of all files") {
+  const test::temporary_folder folder;
+  point_cloud<float, 3> one;
+  one.points.setZero(3, 1);
+  write_ply(one, folder / "first.ply");
+  constexpr int edge = 100, files_along = 10, runs = 2000;
+  std::ostringstream index;
+  index << "cilantro tiles 1\nmade by a test\ndimension 3\nscalar float\nedge " << edge
+        << "\norigin 0 0 0\nfiles " << files_along * files_along << '\n';
+  random_stream random{5};
+  for (int f = 0; f < files_along * files_along; ++f) {
+    const int x = f * 7 % 100 % files_along, y = f * 7 % 100 / files_along;
+    index << "file 1 " << runs << " 1 " << x << ' ' << y << ' ' << runs << ' ' << runs;
+    for (int r = 0; r < runs; ++r) {
+      const double px = edge * (x + 0.999 * random.uniform()),
+                   py = edge * (y + 0.999 * random.uniform());
+      index << " 1 " << px << ' ' << px << ' ' << py << ' ' << py << " 0 0";
+    }
+    index << " name " << (f == 0 ? "first" : "none" + std::to_string(f)) << ".ply\n";
+  }
+  index << "end\n";
+  write_text_of(folder / "tiles.index", index.str());
+  const auto start = std::chrono::steady_clock::now();
+  const auto survey = open_tiles<float>(folder.path(), {.threads = 1});
+  const auto opened = std::chrono::steady_clock::now();
+  REQUIRE(survey.size() == files_along * files_along * runs);
+  index_t found = 0;
+  for (int k = 0; k < 1500; ++k) {
+    // Between files, where there is nothing.
+    const double at = edge * (1 + k % (files_along - 1)) - 0.05, along = 0.2 * k;
+    found += survey.read_box(box{.lower = {at, along}, .upper = {at + 0.04, along + 1}}).size();
+  }
+  CHECK(found == 0);
+  CHECK(std::chrono::steady_clock::now() - opened < opened - start);
 }

@@ -136,3 +136,18 @@ TEST_CASE("what k-means of a survey refuses") {
                          }}});
   CHECK(share == 1);
 }
+
+TEST_CASE("a tile costs the centres that it meets, not all of them") {
+  const test::temporary_folder folder;
+  const auto cloud = terrain<float>(6000);
+  write_ply(cloud, folder / "a.ply");
+  const auto centers = (cloud | stride(3)).points;
+  const auto find = [&](const tile_options& how) {
+    return everything(
+        kmeans(open_tiles<float>(folder / "a.ply", how), centers, {.max_iterations = 1}));
+  };
+  const auto expected = find({.edge = 1000, .threads = 1});
+  CHECK(std::get<1>(expected).size() > 1500);
+  // The sums of 2000 centres take 9 MB, and a tile without any 3.
+  CHECK(find({.edge = 1, .memory = 10_MB, .threads = 2}) == expected);
+}

@@ -247,3 +247,78 @@ TEST_CASE("a step that changes the order of points is told so where it would be 
                               estimate_normals(knn{5}) | write_tiles(folder / "out")),
                        doctest::Contains("changes their order"), invalid_input);
 }
+
+TEST_CASE_TEMPLATE("samples by places are those of the whole", S, float, double) {
+  const test::temporary_folder folder;
+  const auto ground = terrain<S>(4000);
+  fs::create_directory(folder / "in");
+  for (const int part : {2, 0, 1})
+    write_ply(select(ground, [&](index_t i) { return i % 3 == part; }),
+              folder / ("in/" + std::to_string(part) + ".ply"));
+  (void)(open_tiles<S>(folder / "in", {.edge = 20}) | write_tiles(folder / "cut"));
+  const Eigen::Transform<S, 3, Eigen::Isometry> moved{Eigen::Translation<S, 3>{3, 4, 5}};
+  const auto check = [&](const auto& steps) {
+    for (const char* name : {"in", "cut"})
+      for (const double edge : {12.0, 1000.0}) {
+        INFO(name, " ", edge);
+        const auto survey = open_tiles<S>(folder / name, {.edge = edge, .threads = 2});
+        const auto whole = survey.read_box(survey.bounds()) | steps;
+        check_same((survey | steps).read(), whole);
+        const auto out = folder / "out";
+        fs::remove_all(out);
+        check_same((survey | steps | write_tiles(out)).read(), whole);
+      }
+  };
+  check(stride(7));
+  check(take(1234));
+  check(random_sample(500, {.seed = 3}));
+  check(random_sample(100'000));
+  check(uniform_sample(77));
+  check(stride(3) | take(2000) | random_sample(300) | stride(2));
+  check(estimate_normals(knn{6}) | stride(5));
+  check(stride(5) | estimate_normals(knn{6}));
+  check(random_sample(4000) | voxel_downsample(0.7) | estimate_normals(knn{6}));
+  check(stride(2) | remove_statistical_outliers({.neighbors = 6, .deviations = 2}) |
+        estimate_normals(knn{6}));
+  check(transform(moved) | stride(4));
+  CHECK((open_tiles<S>(folder / "in", {.edge = 20}) | take(0)).read().empty());
+}
+
+TEST_CASE("where places are not known, samples are refused, and what to write instead is told") {
+  const test::temporary_folder folder;
+  auto ground = terrain<float>(500);
+  write_ply(ground, folder / "ground.ply");
+  const auto survey = open_tiles<float>(folder / "ground.ply", {.edge = 20});
+  const box part{.lower = {0, -99, -99}, .upper = {99, 99, 99}};
+  CHECK_THROWS_WITH_AS((void)(survey | crop(part) | stride(2)),
+                       doctest::Contains("which no tile knows after the step crop: put it before"),
+                       invalid_input);
+  CHECK_THROWS_AS((void)(survey | voxel_downsample(1) | random_sample(5)), invalid_input);
+  CHECK_THROWS_AS((void)(survey | stride(2) | crop(part) | take(5)), invalid_input);
+  CHECK_THROWS_AS(
+      (void)(survey | with_reach(0, [](point_cloud<float, 3> c) { return c; }) | take(5)),
+      invalid_input);
+  CHECK_THROWS_AS((void)(survey | take(-1)), invalid_input);
+  CHECK_THROWS_AS((void)(survey | stride(0)), invalid_input);
+  CHECK((survey | stride(2) | crop(part)).read().size() > 0);
+  ground.points(1, 4) = std::numeric_limits<float>::quiet_NaN();
+  write_ply(ground, folder / "nan.ply");
+  const auto with_nan = open_tiles<float>(folder / "nan.ply", {.edge = 20});
+  CHECK_THROWS_WITH_AS((void)(with_nan | take(5)), doctest::Contains("where points are not finite"),
+                       invalid_input);
+  CHECK((with_nan | write_tiles(folder / "out") | take(5)).read().size() == 5);
+
+  // A run is not resumed with another sample.
+  const auto run = [&](std::uint64_t seed, bool fails, bool resume) {
+    const auto fail = with_reach(0, [fails](point_cloud<float, 3> cloud) {
+      if (fails && !cloud.empty() && cloud.points(0, 0) > 40) throw std::runtime_error{"no"};
+      return cloud;
+    });
+    return open_tiles<float>(folder / "ground.ply", {.edge = 10, .threads = 1}) |
+           random_sample(300, {.seed = seed}) | fail |
+           write_tiles(folder / "sampled", {.resume = resume});
+  };
+  CHECK_THROWS((void)run(1, true, false));
+  CHECK_THROWS_AS((void)run(2, false, true), invalid_input);
+  CHECK(run(1, false, true).size() == 300);
+}

@@ -150,3 +150,30 @@ TEST_CASE("lines in two dimensions, too few points, and what is refused") {
                                                     }}});
   CHECK(share == 1);
 }
+
+TEST_CASE("a small plane is found among points anywhere, wherever it lies") {
+  for (const std::uint64_t place : {1u, 2u, 3u, 4u}) {
+    INFO(place);
+    const test::temporary_folder folder;
+    point_cloud<float, 3> cloud;
+    cloud.points.resize(3, 120'000);
+    random_stream random{place};
+    const double x = random.uniform(10, 80), y = random.uniform(10, 80);
+    for (index_t i = 0; i < cloud.size(); ++i) {
+      // One of 100 is on a roof of 10 by 10.
+      const double u = random.uniform(0, 10), v = random.uniform(0, 10);
+      if (i % 100 == 0)
+        cloud.points.col(i) << float(x + u), float(y + v),
+            float(8 + 0.5 * u + 0.02 * random.normal());
+      else
+        cloud.points.col(i) << float(random.uniform(0, 100)), float(random.uniform(0, 100)),
+            float(random.uniform(0, 40));
+    }
+    write_ply(cloud, folder / "a.ply");
+    const auto found = ransac_hyperplane(open_tiles<float>(folder / "a.ply", {.edge = 40}),
+                                         {.max_residual = 0.1, .seed = place});
+    REQUIRE(found);
+    CHECK(std::abs(found->model.normal.dot(Eigen::Vector3d{-0.5, 0, 1}.normalized())) > 0.99);
+    CHECK(found->inliers > 1000);
+  }
+}

@@ -2,12 +2,15 @@
 #include <doctest/doctest.h>
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <stdexcept>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 import cilantro;
@@ -15,6 +18,7 @@ import test_support;
 import rank_support;
 import tile_support;
 using namespace cilantro;
+using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
 namespace {
@@ -107,4 +111,40 @@ TEST_CASE("what fails on one rank fails on all, and goes on from there") {
   CHECK_THROWS_AS((void)(survey | fail_if(false) | write_tiles(folder / "out")), invalid_input);
   const auto result = survey | fail_if(false) | write_tiles(folder / "out", {.resume = true});
   test::check_same(result.read(), survey.read());
+}
+
+TEST_CASE("ranks stop after the tiles they are at when one of them is told to") {
+  const test::temporary_folder folder;
+  write_ply(test::terrain<float>(6000), folder / "a.ply");
+  for (const bool parallel : {false, true})
+    for (const bool at_once : {false, true}) {
+      std::atomic<int> visited = 0, thrown = 0;
+      std::atomic<bool> is_stopped = false;
+      test::in_process_ranks job{3};
+      job.run([&](auto& world) {
+        const auto survey =
+            open_tiles<float>(folder / "a.ply", {.edge = 5, .threads = 2}).on(world);
+        REQUIRE(survey.tiles().size() > 200);
+        std::stop_source stop;
+        if (at_once && world.rank() == 1) stop.request_stop();
+        try {
+          for_each_tile(survey, halo{0},
+                        [&](const auto&) {
+                          ++visited;
+                          if (world.rank() == 1) {
+                            stop.request_stop();
+                            is_stopped = true;
+                          }
+                          // The others are at work while one is told to stop.
+                          while (!is_stopped && !at_once) std::this_thread::sleep_for(1ms);
+                          std::this_thread::sleep_for(20ms);
+                        },
+                        {.parallel = parallel, .monitor = {.stop = stop.get_token()}});
+        } catch (const std::exception&) {
+          ++thrown;
+        }
+      });
+      CHECK(thrown == 3);
+      CHECK(visited < 40);
+    }
 }

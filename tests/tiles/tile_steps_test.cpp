@@ -254,7 +254,7 @@ TEST_CASE("steps that look at the whole cloud, or write beside it, are refused b
   CHECK_THROWS_WITH_AS((void)(survey | estimate_normals(knn{6}) | orient_consistently(knn{6})),
                        doctest::Contains("orient_consistently looks at the whole cloud"),
                        invalid_input);
-  CHECK_THROWS_AS((void)(survey | take(5)), invalid_input);
+  CHECK_THROWS_AS((void)(survey | farthest_point_sample(5)), invalid_input);
   CHECK_THROWS_AS((void)(survey | write_ply(folder / "one.ply")), invalid_input);
   pipeline_report report;
   CHECK_THROWS_AS((void)(survey | report_to(report, "here")), invalid_input);

@@ -13,9 +13,10 @@ export struct write_tiles_options {
   /// The format of the tiles: `.ply` or `.pcd`.
   std::string format = ".ply";
   /// Whether to go on where a run on the same files with the same steps was interrupted: tiles that
-  /// are done are kept. The steps must have the same parameters, which only their names and reaches
-  /// can be checked for; the files must have the same names, sizes and times. A folder that is
-  /// complete is returned as it is. Without it, an unfinished folder with tiles is refused.
+  /// are done are kept. The steps must have the same parameters, of which their names, their
+  /// reaches, and what `distances_to` and those that choose by place are given can be checked; the
+  /// files must have the same names, sizes and times. A folder that is complete is returned as it
+  /// is. Without it, an unfinished folder with tiles is refused.
   bool resume = false;
   /// `stop` is looked at between tiles; what has been written then can be resumed.
   task_monitor monitor = {};

@@ -357,23 +357,25 @@ icp_result<rigid_transform<double, D>> align_any(const Source& source,
   expect_possible(options);
   const transform_type start = start_of<D>(options);
   try {
-    const task_monitor stop_only{{}, options.monitor.stop};
-    auto onto = with_decided_steps(target, stop_only);
-    bool lacks_normals = false;
-    if (std::holds_alternative<point_to_plane>(options.metric))
-      on_all_ranks(target.ranks().get(),
-                   [&] { lacks_normals = !has_normals(onto, stop_only.stop); });
-    if (lacks_normals) onto = onto | estimate_normals(options.normals);
-    double edge = target.edge();
-    if constexpr (std::same_as<Source, tiled_cloud<S, D>>) edge = source.edge();
-    const survey_around<S, D> near{onto, edge, options.max_distance, "align", stop_only};
-    const point_vector<double, D> center = start * middle_of(source, near.origin());
-    const pair_adder<S, D> adder{near, options, center};
+    // What the ranks do each by itself may fail, and what is the caller's may throw, or ask for a
+    // stop, on one of them: no other must wait for it.
+    const process_group* const ranks = ranks_of(source, target);
+    std::optional<survey_around<S, D>> near;
+    on_all_ranks(ranks, [&] {
+      const task_monitor stop_only{{}, options.monitor.stop};
+      auto onto = with_decided_steps(target, stop_only);
+      if (std::holds_alternative<point_to_plane>(options.metric) &&
+          !has_normals(onto, stop_only.stop))
+        onto = onto | estimate_normals(options.normals);
+      double edge = target.edge();
+      if constexpr (std::same_as<Source, tiled_cloud<S, D>>) edge = source.edge();
+      near.emplace(onto, edge, options.max_distance, "align", stop_only);
+    });
+    const point_vector<double, D> center = start * middle_of(source, near->origin());
+    const pair_adder<S, D> adder{*near, options, center};
     const auto searcher = pairs_between(source, adder);
     const rigid_equations<D> equations{adder.is_in_closed_form(), options.solver, center,
                                        non_finite_of(source)};
-    // What is the caller's may throw, or ask for a stop, on one rank: no other must wait for it.
-    const process_group* const ranks = ranks_of(source, target);
     icp_options<transform_type> how{.max_iterations = options.max_iterations,
                                     .tolerance = options.tolerance};
     how.observer = [&](const icp_iteration<transform_type>& now) {

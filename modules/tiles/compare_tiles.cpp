@@ -88,13 +88,17 @@ comparison compare(const tiled_cloud<S, D>& survey, const tiled_cloud<S, D>& tar
                    const compare_options& options) {
   const auto monitor =
       in_passes(options.monitor, 1 + passes_of_limits(survey) + passes_of_limits(target));
-  const survey_around<S, D> near{target, survey.edge(), options.max_distance, "compare", monitor};
+  std::optional<survey_around<S, D>> near;
+  // Each rank decides the limits of a target that is not on ranks: no other must wait if it fails.
+  on_all_ranks(survey.ranks().get(), [&] {
+    near.emplace(target, survey.edge(), options.max_distance, "compare", monitor);
+  });
   const auto from = with_decided_steps(survey, monitor);
   const auto sums = sum_over_tiles(
       from, std::vector<distance_sums>(1),
-      [&](index_t t) { return near.memory_around(from, from.tiles()[t]); }, monitor,
+      [&](index_t t) { return near->memory_around(from, from.tiles()[t]); }, monitor,
       [&](const point_cloud<S, D>& points, std::vector<distance_sums>& found) {
-        for (const double distance : distances_of(near, points, monitor.stop))
+        for (const double distance : distances_of(*near, points, monitor.stop))
           found.front().add(distance);
       });
   return sums.front().result();

@@ -63,6 +63,8 @@ class region_loader {
              (known == nullptr || !known->contains(box, survey_.template slack<S>()));
     };
     for (const auto& range : survey_.files.ranges(has_wanted)) load(range, region, known);
+    expects(std::ssize(order_) <= std::numeric_limits<std::int32_t>::max(),
+            "a tile with its surroundings has 2^31 points or more: open it with a smaller .edge");
   }
 
   /// The places of all points, in no order.
@@ -78,8 +80,6 @@ class region_loader {
 
   loaded_points<S, D> result() && {
     reader_.reset();
-    expects(std::ssize(order_) <= std::numeric_limits<std::int32_t>::max(),
-            "a tile with its surroundings has 2^31 points or more: open it with a smaller .edge");
     for (std::size_t i = 1; i < parts_.size(); ++i) parts_[i].comments.clear();
     loaded_points<S, D> all{append_all(parts_), std::move(order_)};
     parts_.clear();

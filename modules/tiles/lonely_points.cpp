@@ -171,10 +171,12 @@ index_list lonely_points(const point_matrix<S, D>& points, double distance, inde
   }
   const auto has_enough = [&](index_t i, double within) {
     const auto far = static_cast<std::int32_t>(std::ceil(within * per_edge));
-    index_t count = 0;
+    // Many may be just beyond: then the point is looked at in another way.
+    const index_t most_visits = 1000 + 50 * needed;
+    index_t count = 0, visits = 0;
     cells.visit_around(*cell_of<D>(points.col(i), per_edge), far, [&](std::int32_t j) {
       if (double((points.col(j) - points.col(i)).norm()) <= within) ++count;
-      return count < needed;
+      return count < needed && ++visits < most_visits;
     });
     return count >= needed;
   };

@@ -28,9 +28,11 @@ place_choice choose_first(std::uint64_t size, index_t count) {
 place_choice choose_every(std::uint64_t size, index_t n) {
   expect_from(1, double(n), "stride: n");
   const auto each = static_cast<std::uint64_t>(n);
-  return {size / each + (size % each > 0 ? 1 : 0), [each](std::uint64_t place) {
+  return {size / each + (size % each > 0 ? 1 : 0),
+          [each](std::uint64_t place) {
             return place % each == 0 ? std::optional{place / each} : std::nullopt;
-          }};
+          },
+          double(each)};
 }
 
 place_choice choose_listed(std::uint64_t size, const std::string& name,
@@ -47,7 +49,8 @@ place_choice choose_listed(std::uint64_t size, const std::string& name,
             const auto at = std::ranges::lower_bound(*list, static_cast<std::int64_t>(place));
             if (at == list->end() || std::cmp_not_equal(*at, place)) return std::nullopt;
             return static_cast<std::uint64_t>(at - list->begin());
-          }};
+          },
+          double(size) / double(std::max(count, std::size_t{1}))};
 }
 
 namespace {
@@ -59,13 +62,15 @@ place_choice after(const place_choice& before, const place_choice& next) {
            second = next.place_of](std::uint64_t place) -> std::optional<std::uint64_t> {
             const auto between = first(place);
             return between ? second(*between) : std::nullopt;
-          }};
+          },
+          before.thinning * next.thinning};
 }
 
 }  // namespace
 
 template <Scalar S, int D>
 void decide_places(const tile_survey<D>& survey, std::vector<tile_step<S, D>>& steps) {
+  if (std::ranges::none_of(steps, [](const auto& step) { return bool(step.choice); })) return;
   std::uint64_t finite = 0;
   for (const auto& tile : survey.tiles) finite += tile.points;
   auto chosen = std::make_shared<const place_choice>(

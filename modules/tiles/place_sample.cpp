@@ -5,7 +5,6 @@ module;
 #include <bit>
 #include <compare>
 #include <cstdint>
-#include <iterator>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -38,16 +37,13 @@ hashed_place<S, D> hashed(const P& point, std::uint64_t seed) {
   return next;
 }
 
-/// Sorts what was found, and keeps the `count` least of it and of what is sorted, each once.
+/// The `count` least, each once and in order.
 template <class T>
-void keep_least(std::vector<T>& least, std::vector<T> found, index_t count) {
-  std::ranges::sort(found);
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-  std::vector<T> all;
-  all.reserve(least.size() + found.size());
-  std::ranges::set_union(least, found, std::back_inserter(all));
+std::vector<T> least_of(std::vector<T> all, index_t count) {
+  std::ranges::sort(all);
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   if (std::ssize(all) > count) all.resize(count);
-  least = std::move(all);
+  return all;
 }
 
 }  // namespace
@@ -73,10 +69,12 @@ place_sample<S, D> sample_places(const tiled_cloud<S, D>& cloud, index_t count, 
                                          const auto next = hashed<S, D>(tile.points.col(i), seed);
                                          if (next.hash <= highest) found.push_back(next);
                                        }
+                                       found = least_of(std::move(found), count);
                                        const std::scoped_lock lock{mutex};
-                                       keep_least(least, std::move(found), count);
+                                       least.insert(least.end(), found.begin(), found.end());
+                                       least = least_of(std::move(least), count);
                                      });
-  keep_least(least, gather_all(cloud.ranks().get(), least), count);
+  least = least_of(gather_all(cloud.ranks().get(), least), count);
   place_sample<S, D> sample{points[0], point_matrix<S, D>(D, std::ssize(least))};
   for (index_t i = 0; i < std::ssize(least); ++i)
     for (int d = 0; d < D; ++d) sample.places(d, i) = least[i].place[d];

@@ -148,7 +148,7 @@ void put_aside(point_cloud<S, D>& cloud) {
 template <Scalar S, int D>
 std::vector<index_t> sort_by_border(point_cloud<S, D>& cloud, const tile_info& tile, double edge,
                                     double border) {
-  if (2 * border >= edge ||
+  if (!(border > 0) || 2 * border >= edge ||
       std::ranges::find(cloud.attributes, place_name, &attribute::name) == cloud.attributes.end())
     return {cloud.size()};
   const std::array<std::int64_t, 2> square{tile.x, tile.y};

@@ -58,9 +58,11 @@ template <Scalar S, int D>
 std::vector<double> first_margins(const tile_survey<D>& survey,
                                   std::span<const tile_step<S, D>> steps, const tile_info& tile) {
   std::vector<double> margins;
-  double coarsest = spacing_of(survey, tile);
+  const double spacing = spacing_of(survey, tile);
+  double coarsest = spacing;
   for (const auto& step : steps) {
     const auto& reach = step.reach;
+    if (step.chosen) coarsest = std::max(coarsest, spacing * std::sqrt(step.chosen->thinning));
     // Of what comes later, no more is known than that it is not denser.
     coarsest = std::max(coarsest, reach.distance);
     double margin = looks_around(reach)

@@ -75,13 +75,11 @@ class crew {
     std::uint64_t cost = 0;
     double done = 0;
     try {
+      if (has_failed()) return false;
       if (is_stopped()) {
-        // Whoever else asks for tiles is told that there are no more.
-        while (next_()) {
-        }
+        leave_none();
         return false;
       }
-      if (is_over()) return false;
       const auto i = next_();
       if (!i) return false;
       {
@@ -94,6 +92,9 @@ class crew {
         work_(*i);
         done = share(*i);
       }
+    } catch (const cancelled&) {
+      error = std::current_exception();
+      leave_none();
     } catch (...) {
       error = std::current_exception();
     }
@@ -105,11 +106,21 @@ class crew {
     return true;
   }
 
-  [[nodiscard]] bool is_stopped() const { return monitor_.stop.stop_requested(); }
-  [[nodiscard]] bool is_over() {
-    const std::scoped_lock lock{mutex_};
-    return error_ || is_stopped();
+  /// Whoever else asks for tiles is told that there are no more.
+  void leave_none() {
+    try {
+      while (next_()) {
+      }
+    } catch (const std::exception&) {
+      // What is thrown already says why the work ends.
+    }
   }
+  [[nodiscard]] bool is_stopped() const { return monitor_.stop.stop_requested(); }
+  [[nodiscard]] bool has_failed() {
+    const std::scoped_lock lock{mutex_};
+    return bool(error_);
+  }
+  [[nodiscard]] bool is_over() { return has_failed() || is_stopped(); }
 
   /// On the thread of the caller, which is the one that progress is reported on.
   void watch() {

@@ -74,7 +74,11 @@ places_by_square survey_around<S, D>::by_square(const point_matrix<double, D>& p
     for (int d = 0; d < D; ++d)
       may_be_near = may_be_near && bounds.lower[d] - margin_ <= place[d] &&
                     place[d] <= bounds.upper[d] + margin_;
-    if (may_be_near) squares[key_of(place, survey_->edge)].push_back(static_cast<std::int32_t>(i));
+    if (!may_be_near) continue;
+    // The nearest place within the bounds is no farther from anything.
+    std::array<double, 2> within;
+    for (int d = 0; d < 2; ++d) within[d] = std::clamp(place[d], bounds.lower[d], bounds.upper[d]);
+    squares[key_of(within, survey_->edge)].push_back(static_cast<std::int32_t>(i));
   }
   return squares;
 }
@@ -96,6 +100,19 @@ point_cloud<S, D> survey_around<S, D>::around(const tile_key& square,
 
 template <Scalar S, int D>
 std::uint64_t survey_around<S, D>::memory_around(const tile_key& square) const {
+  const std::scoped_lock lock{mutex_};
+  const auto [known, is_new] = known_memory_.try_emplace(square, 0);
+  if (is_new) try {
+      known->second = estimate_around(square);
+    } catch (...) {
+      known_memory_.erase(known);
+      throw;
+    }
+  return known->second;
+}
+
+template <Scalar S, int D>
+std::uint64_t survey_around<S, D>::estimate_around(const tile_key& square) const {
   const auto tile = info_of(square);
   const auto spread_evenly = memory_of<S, D>(*survey_, steps_, tile, margin_);
   double margin = margin_;
@@ -119,6 +136,8 @@ std::uint64_t survey_around<S, D>::most_memory(const tile_area& area) const {
     lower[d] = std::max(area.lower[d], bounds.lower[d]) - margin_;
     upper[d] = std::min(area.upper[d], bounds.upper[d]) + margin_;
     if (!(lower[d] <= upper[d])) return 0;
+    lower[d] = std::clamp(lower[d], bounds.lower[d], bounds.upper[d]);
+    upper[d] = std::clamp(upper[d], bounds.lower[d], bounds.upper[d]);
   }
   const auto first = key_of(lower, survey_->edge), last = key_of(upper, survey_->edge);
   const auto& tiles = survey_->tiles;

@@ -47,7 +47,8 @@ class survey_around {
   /// The ranks that the survey is shared among, or null.
   [[nodiscard]] const process_group* ranks() const { return ranks_.get(); }
 
-  /// The places, `Dim × N` and relative to `origin`, that may have points near them.
+  /// The places, `Dim × N` and relative to `origin`, that may have points near them. Those beyond
+  /// the bounds of the survey are in the square that is nearest.
   [[nodiscard]] places_by_square by_square(const point_matrix<double, D>& places) const;
   /// Points of a cloud as places.
   [[nodiscard]] point_matrix<double, D> places_of(const point_cloud<S, D>& cloud) const {
@@ -58,8 +59,8 @@ class survey_around {
   /// The points after all steps that are in a square or within the distance of it, in the order of
   /// the whole.
   [[nodiscard]] point_cloud<S, D> around(const tile_key& square, const std::stop_token& stop) const;
-  /// How many bytes the points around a square may take while they are worked on, however unevenly
-  /// they are spread. Throws `invalid_input` if that is more than the memory.
+  /// How many bytes the points around a square may take while they are worked on, if those of each
+  /// run are spread evenly over its box. Throws `invalid_input` if that is more than the memory.
   [[nodiscard]] std::uint64_t memory_around(const tile_key& square) const;
   /// The most that those around one of the squares take that places of an area may be in; or,
   /// without an area, places anywhere.
@@ -82,6 +83,7 @@ class survey_around {
  private:
   [[nodiscard]] tile_info info_of(const tile_key& square) const;
   [[nodiscard]] std::uint64_t most_memory(const tile_area& area) const;
+  [[nodiscard]] std::uint64_t estimate_around(const tile_key& square) const;
 
   std::shared_ptr<const tile_survey<D>> survey_;
   std::vector<tile_step<S, D>> steps_;
@@ -89,6 +91,8 @@ class survey_around {
   double distance_, margin_;
   mutable std::once_flag is_known_anywhere_;
   mutable std::uint64_t memory_anywhere_ = 0;
+  mutable std::mutex mutex_;
+  mutable std::map<tile_key, std::uint64_t> known_memory_;
 };
 
 /// Adds up what `visit(square, places, sums)` adds to sums for each square, as `for_each_square`

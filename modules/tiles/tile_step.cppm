@@ -70,6 +70,7 @@ struct place_choice {
   std::uint64_t count = 0;  ///< How many points it keeps.
   /// The place among these of what was at a place; nothing for what is not kept.
   std::function<std::optional<std::uint64_t>(std::uint64_t)> place_of;
+  double thinning = 1;  ///< Of how many points one is kept, wherever they are.
 };
 /// What `take`, `stride`, and a step that lists indices keep of so many points.
 [[nodiscard]] place_choice choose_first(std::uint64_t size, index_t count);

@@ -89,7 +89,8 @@ class tile_writer {
         files_[file.path.filename().string()] = std::move(file);
       }
     });
-    has_begun_ = !files_.empty();
+    // What has been written may be seen by one rank later than by others.
+    has_begun_ = !gather_texts(ranks_, files_.empty() ? "" : "begun").front().empty();
     on_first_rank(ranks_, [&] { remove_files(folder, part_ending); });
     on_all_ranks(ranks_, [&] { notes_.emplace(folder, what, ranks_ ? ranks_->rank : 0); });
   }

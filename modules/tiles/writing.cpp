@@ -120,7 +120,9 @@ tiled_cloud<S, D> write_tiles_as(const tiled_cloud<S, D>& cloud, const fs::path&
       if (!writer.has_begun()) {
         add_up_over_ranks(ranks.get(), sums);
         all = sums.front();
-        if (monitor.progress) monitor.progress(1);
+        on_all_ranks(ranks.get(), [&] {
+          if (monitor.progress) monitor.progress(1);
+        });
       }
     }
     const auto noted = opened_by_all<S, D>(pass, how, ranks);

@@ -230,6 +230,25 @@ TEST_CASE("what is read of a target is in the budget, wherever it is dense") {
   }
 }
 
+TEST_CASE("a distance without a limit reads all of the target, which is in the budget") {
+  const test::temporary_folder folder;
+  auto cloud = terrain<float>(200'000);
+  write_ply(cloud, folder / "target.ply");
+  cloud = cloud | stride(1000);
+  // Beyond what numbers of squares can be.
+  cloud.points.col(0) << 1e25f, 0, 0;
+  for (const double distance : {1e30, std::numeric_limits<double>::max()}) {
+    const auto pairs = [&](std::uint64_t memory) {
+      return compare(cloud,
+                     open_tiles<float>(folder / "target.ply", {.edge = 50, .memory = memory}),
+                     {.max_distance = distance})
+          .pairs;
+    };
+    CHECK(pairs(1_GB) == cloud.size());
+    CHECK_THROWS_AS((void)pairs(40_MB), invalid_input);
+  }
+}
+
 TEST_CASE("a run is not resumed with another target, distance or attribute") {
   const test::temporary_folder folder;
   const auto ground = terrain<float>(3000), before = terrain<float>(2000, 2);

@@ -277,11 +277,28 @@ TEST_CASE_TEMPLATE("samples by places are those of the whole", S, float, double)
   check(stride(3) | take(2000) | random_sample(300) | stride(2));
   check(estimate_normals(knn{6}) | stride(5));
   check(stride(5) | estimate_normals(knn{6}));
+  check(random_sample(12) | estimate_normals(knn{6}));
+  check(take(40) | estimate_normals(knn{6}));
   check(random_sample(4000) | voxel_downsample(0.7) | estimate_normals(knn{6}));
   check(stride(2) | remove_statistical_outliers({.neighbors = 6, .deviations = 2}) |
         estimate_normals(knn{6}));
   check(transform(moved) | stride(4));
   CHECK((open_tiles<S>(folder / "in", {.edge = 20}) | take(0)).read().empty());
+}
+
+TEST_CASE("what is read for the nearest points of a sample is in the budget") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(200'000), folder / "ground.ply");
+  const auto sampled = [&](std::uint64_t memory, index_t count) {
+    return (open_tiles<float>(folder / "ground.ply", {.edge = 5, .memory = memory}) |
+            random_sample(count) | estimate_normals(knn{10}))
+        .read()
+        .size();
+  };
+  // Ten points are near each other in all of the survey only, which takes more than 50 MB.
+  CHECK_THROWS_AS((void)sampled(40_MB, 20), invalid_input);
+  CHECK(sampled(1_GB, 20) == 20);
+  CHECK(sampled(40_MB, 100'000) == 100'000);
 }
 
 TEST_CASE("where places are not known, samples are refused, and what to write instead is told") {

@@ -322,12 +322,12 @@ void expect_possible(const align_options& o) {
   expects(std::holds_alternative<point_to_plane>(o.metric) ||
               std::holds_alternative<point_to_point>(o.metric),
           "align: onto a survey, the metric must be point_to_plane or point_to_point");
-  expects(o.max_distance > 0 && std::isfinite(o.max_distance),
-          "align: a survey is searched around each tile, up to a .max_distance that must be "
-          "positive and finite");
   expects(o.scales.empty(),
           "align: onto a survey there are no .scales: call it once for each, on "
           "survey | voxel_downsample(…) that was written");
+  expects(o.max_distance > 0 && std::isfinite(o.max_distance),
+          "align, evaluate: a survey is searched around each tile, up to a .max_distance that must "
+          "be positive and finite");
   expects(o.graduation == 1, "align: onto a survey there is no .graduation");
   expects(!o.reciprocal && o.one_to_one == sides::none && o.fraction == 1,
           "align: onto a survey, pairs are those of each source point, without .reciprocal, "

@@ -171,8 +171,9 @@ std::vector<fs::path> files_of(const fs::path& files) {
   const auto pattern = files.filename().string();
   std::error_code error;
   const bool is_folder = fs::is_directory(files, error);
-  if (!is_folder && (fs::exists(files, error) || pattern.find_first_of("*?") == pattern.npos))
-    return {files};
+  if (!is_folder && fs::exists(files, error)) return {files};
+  if (!is_folder && pattern.find_first_of("*?") == pattern.npos)
+    throw io_error{files, "cannot be read: there is no such file or folder"};
   if (is_folder && has_notes(files))
     throw invalid_input{"open_tiles: \"" + files.string() +
                         "\" has only some of the tiles of a run that was interrupted: let it go on "

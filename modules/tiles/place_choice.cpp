@@ -87,7 +87,9 @@ void decide_places(const tile_survey<D>& survey, std::vector<tile_step<S, D>>& s
         "voxel_downsample, or with_reach(0, …) by what a point has";
     expects(removed_by.empty(), who + "which no tile knows after the step " + removed_by + instead);
     expects(finite == survey.points,
-            who + "which no tile knows where points are not finite" + instead);
+            who +
+                "which no tile knows where points are not finite: write them, which leaves "
+                "those out, and choose of what write_tiles returns");
     if (!step.chosen) {
       step.chosen =
           std::make_shared<const place_choice>(after(*chosen, step.choice(chosen->count)));

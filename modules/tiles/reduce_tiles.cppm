@@ -74,17 +74,16 @@ export template <Scalar S, int D, TileSum T, std::invocable<tile<S, D>&, std::ve
                                           const reduce_tiles_options& options = {}) {
   auto sums = zeros;
   std::mutex mutex;
-  for_each_tile(
-      cloud, around,
-      [&](tile<S, D>& t) {
-        auto found = zeros;
-        visit(t, found);
-        expects(found.size() == zeros.size(),
-                "reduce_tiles: visit must leave the number of sums as it is");
-        const std::scoped_lock lock{mutex};
-        for (index_t s = 0; s < std::ssize(sums); ++s) sums[s] += found[s];
-      },
-      {.parallel = true, .monitor = in_passes(options.monitor, 1 + passes_of_limits(cloud))});
+  for_each_tile(cloud, around,
+                [&](tile<S, D>& t) {
+                  auto found = zeros;
+                  visit(t, found);
+                  expects(found.size() == zeros.size(),
+                          "reduce_tiles: visit must leave the number of sums as it is");
+                  const std::scoped_lock lock{mutex};
+                  for (index_t s = 0; s < std::ssize(sums); ++s) sums[s] += found[s];
+                },
+                {.parallel = true, .monitor = options.monitor});
   add_up_over_ranks(cloud.ranks().get(), sums);
   return sums;
 }

@@ -94,11 +94,15 @@ class tile_run {
   }
 
  private:
-  /// What has to be known before step number `s`, or after all of them.
-  [[nodiscard]] tile_region<D> region_before(std::size_t s) const {
+  /// How far around the tile points have to be known before step number `s`, or after all of them.
+  [[nodiscard]] double margin_before(std::size_t s) const {
     double margin = halo_;
     for (std::size_t i = s; i < margins_.size(); ++i) margin += margins_[i];
-    tile_region<D> region{tile_, survey_.edge, margin, survey_.bounds};
+    return margin;
+  }
+  /// All that has to be known then.
+  [[nodiscard]] tile_region<D> region_before(std::size_t s) const {
+    tile_region<D> region{tile_, survey_.edge, margin_before(s), survey_.bounds};
     for (const auto& wanted : wanted_) {
       if (wanted.needed_by < s) continue;
       auto ball = wanted.ball;
@@ -120,17 +124,24 @@ class tile_run {
     if (keeps_places || end_of_choosing > 0) set_places(cloud, std::move(loaded.order));
     loaded.order = {};
     if (end_of_looking == 0) keep_result(cloud);
+    double known = margin_before(0);
+    bool may_have_moved = false;
     for (std::size_t s = 0; s < steps_.size(); ++s) {
       if (stop_.stop_requested()) throw cancelled{};
       if (steps_[s].reach.neighbors > 0 && !knows_neighbors(cloud, s)) return false;
       if (places_from_ == s && gives_places(s))
         set_places_by_cell(cloud, survey_, *steps_[s].order.cells);
       cloud = steps_[s].apply(std::move(cloud));
+      may_have_moved = may_have_moved || steps_[s].moves_points;
+      if (s < end_of_looking && !steps_[s].order.is_known && !may_have_moved && wanted_.empty())
+        expect_unmoved(cloud, known, steps_[s].name);
       if (s + 1 == end_of_choosing && !keeps_places) drop_places(cloud);
       if (s + 1 == end_of_looking)
         keep_result(cloud);
-      else if (s + 1 < end_of_looking && looks_around(steps_[s].reach))
+      else if (s + 1 < end_of_looking && looks_around(steps_[s].reach)) {
         keep_region(cloud, region_before(s + 1));
+        known = margin_before(s + 1);
+      }
     }
     return true;
   }
@@ -142,6 +153,22 @@ class tile_run {
     for (index_t i = 0; i < cloud.size(); ++i)
       if (wanted(i)) kept.push_back(static_cast<std::int32_t>(i));
     if (std::ssize(kept) < cloud.size()) cloud = select(std::move(cloud), kept);
+  }
+  /// A step of the user's that moves points is seen where one of them leaves what was known: it
+  /// would be lost, or missing where others look.
+  void expect_unmoved(const point_cloud<S, D>& cloud, double margin,
+                      const std::string& step) const {
+    const auto area = area_of(tile_, survey_.edge, margin);
+    const double tolerance = 4 * survey_.template slack<S>() + 1e-6 * survey_.edge;
+    for (index_t i = 0; i < cloud.size(); ++i) {
+      const auto place = place_of(cloud, i);
+      for (int d = 0; d < 2; ++d)
+        expects(!(place[d] < std::max(area.lower[d], survey_.bounds.lower[d]) - tolerance ||
+                  place[d] > std::min(area.upper[d], survey_.bounds.upper[d]) + tolerance),
+                "the step " + step +
+                    " has moved points, which on tiles only transform may: write its result, "
+                    "without steps that look around, and open that");
+    }
   }
   void keep_region(point_cloud<S, D>& cloud, const tile_region<D>& region) {
     keep_if(cloud, [&](index_t i) { return region.contains(place_of(cloud, i)); });

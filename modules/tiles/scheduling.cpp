@@ -41,9 +41,12 @@ class crew {
   }
 
  private:
+  /// Shares are rounded. The end is told once, as it begins another pass of `in_passes`.
+  static constexpr double all = 1 - 1e-9;
+
   void run_here(const std::function<double(index_t)>& share) {
     while (take_one(share))
-      if (monitor_.progress && !error_) monitor_.progress(std::min(share_, 1.0));
+      if (monitor_.progress && !error_ && share_ < all) monitor_.progress(share_);
   }
   void run_apart(int threads, const std::function<double(index_t)>& share) {
     const int each = detail::threads_of_part(threads);
@@ -127,12 +130,12 @@ class crew {
     std::unique_lock lock{mutex_};
     for (double reported = 0; at_work_ > 0;) {
       changed_.wait(lock);
-      if (!monitor_.progress || share_ <= reported) continue;
+      if (!monitor_.progress || share_ <= reported || share_ >= all) continue;
       reported = share_;
       lock.unlock();
       std::exception_ptr error;
       try {
-        monitor_.progress(std::min(reported, 1.0));
+        monitor_.progress(reported);
       } catch (...) {
         error = std::current_exception();
       }

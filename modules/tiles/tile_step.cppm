@@ -20,6 +20,7 @@ concept SaysReach = requires(const T& step) {
 /// A step of your own that says how far it looks: what `with_reach` returns.
 export template <class F>
 struct reaching_step : pipeline_step {
+  static constexpr const char* name = "with_reach";
   step<F> function;    ///< What is called.
   step_reach reaches;  ///< What `reach()` says.
 

@@ -145,6 +145,7 @@ class tile_writer {
   }
 
   void keep(index_t t, point_cloud<S, D> points) {
+    if (!points.empty()) expect_as_before(parts_of(points));
     survey_file<D> file;
     file.path = folder_ / name_of_tile(t);
     if (is_local_) {
@@ -164,6 +165,18 @@ class tile_writer {
     const std::scoped_lock lock{mutex_};
     own_ += text_of(file);
     files_[file.path.filename().string()] = std::move(file);
+  }
+
+  /// Readers of the tiles expect of all what one of them has.
+  void expect_as_before(point_parts parts) {
+    const std::scoped_lock lock{mutex_};
+    if (!parts_)
+      parts_ = std::move(parts);
+    else
+      expects(parts_->normals == parts.normals && parts_->colors == parts.colors &&
+                  parts_->attributes == parts.attributes,
+              "write_tiles: the steps give some tiles other attributes, normals or colours than "
+              "others: all must have the same");
   }
 
   /// As `describe_points`, with no run in two parts.
@@ -207,6 +220,7 @@ class tile_writer {
   bool has_begun_ = false;
   std::optional<tile_notes<D>> notes_;
   std::mutex mutex_;
+  std::optional<point_parts> parts_;             ///< What the tiles of this run have.
   std::map<std::string, survey_file<D>> files_;  ///< Those that are done, by name.
   std::string own_;                              ///< Those that this rank has done now, as text.
 };

@@ -15,6 +15,7 @@ import cilantro.eigen;
 import :limits;
 import :loading;
 import :ranks;
+import :reduce_tiles;
 import :region;
 import :running;
 import :survey;
@@ -158,11 +159,11 @@ void visit_tiles(const tiled_cloud<S, D>& cloud, double halo, const for_each_til
             "known after the step " +
                 step.name + ", which moves points");
   const auto& survey = *cloud.survey();
-  const auto steps = with_limits(cloud, options.monitor);
+  const auto monitor = in_passes(options.monitor, 1 + passes_of_limits(cloud));
+  const auto steps = with_limits(cloud, monitor);
   const auto visit = [&](index_t t) {
-    tile<S, D> next{survey.tiles[t],
-                    run_tile<S, D>(survey, steps, survey.tiles[t], halo, options.monitor.stop),
-                    {}};
+    tile<S, D> next{
+        survey.tiles[t], run_tile<S, D>(survey, steps, survey.tiles[t], halo, monitor.stop), {}};
     for (index_t i = 0; i < next.cloud.size(); ++i)
       if (halo == 0 || is_in_tile(next.cloud, i, next.info, survey.edge))
         next.inside.push_back(static_cast<std::int32_t>(i));
@@ -173,7 +174,7 @@ void visit_tiles(const tiled_cloud<S, D>& cloud, double halo, const for_each_til
   };
   on_all_ranks(cloud.ranks().get(), [&] {
     run_all<D>(survey, cloud.ranks().get(), all_tiles(survey),
-               options.parallel ? survey.threads : 1, cost, visit, options.monitor);
+               options.parallel ? survey.threads : 1, cost, visit, monitor);
   });
 }
 

@@ -75,7 +75,9 @@ std::unique_ptr<folder_lock> make_folder(const fs::path& folder, bool resume) {
   const auto refuse = [&](const std::string& why) {
     throw invalid_input{"write_tiles: \"" + folder.string() + "\" " + why};
   };
-  constexpr const char* complete = "has tiles already, and they are complete";
+  const std::string complete =
+      resume ? "is complete, but of other files, steps or options: remove it, or name another"
+             : "has tiles already, and they are complete";
   if (is_full()) {
     finish_cleaning(folder);
     refuse(complete);

@@ -287,18 +287,26 @@ class cluster_writer {
   joined_sets sets_;
 };
 
+void expect_of_tiles(int threads, const task_monitor& monitor) {
+  expects(!monitor.progress && !monitor.stop.stop_possible(),
+          "write_clusters: .monitor is an option of the tiles, which come last");
+  expects(threads == 0, "write_clusters: .threads are those of open_tiles");
+}
+
 }  // namespace
 
 cluster_rule rule_of(radius distance, const components_options& components) {
   expects(!components.seeds, "write_clusters: seeds are indices of one cloud, which tiles are not");
   expects(distance.distance > 0 && distance.distance < 1e300,
           "write_clusters: the distance must be positive and finite");
+  expect_of_tiles(components.threads, components.monitor);
   expect_from(0, double(components.min_cluster_size), "write_clusters: min_cluster_size");
   expect_from(0, double(components.max_cluster_size), "write_clusters: max_cluster_size");
   return {distance.distance, 1, components.min_cluster_size, components.max_cluster_size};
 }
 
 cluster_rule rule_of(const dbscan_options& dbscan) {
+  expect_of_tiles(dbscan.threads, dbscan.monitor);
   expect_from(1, double(dbscan.min_points), "write_clusters: min_points");
   // Where one point is enough, all are cores, as those of components are.
   return {dbscan.radius, dbscan.min_points, 1, std::numeric_limits<index_t>::max()};

@@ -90,6 +90,14 @@ TEST_CASE("a cloud without points, and one with one, are tiled") {
 }
 
 TEST_CASE("options that make no sense are errors") {
+  CHECK_THROWS_WITH_AS((void)open_tiles<float>("no_such_survey"),
+                       doctest::Contains("there is no such file or folder"), io_error);
+  CHECK_THROWS_AS((void)write_clusters("out", radius{1}, {.threads = 2}), invalid_input);
+  const std::stop_source stop;
+  CHECK_THROWS_AS((void)write_clusters("out", radius{1}, {.monitor = {.stop = stop.get_token()}}),
+                  invalid_input);
+  CHECK_THROWS_AS((void)write_clusters("out", dbscan_options{.radius = 1, .threads = 2}),
+                  invalid_input);
   const test::temporary_folder folder;
   write_ply(terrain<float>(1000), folder / "a.ply");
   const auto path = folder / "a.ply";

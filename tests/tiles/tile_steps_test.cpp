@@ -237,6 +237,59 @@ struct lifted {
 };
 }  // namespace
 
+TEST_CASE("a function that moves points is an error where some would be lost") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(3000), folder / "a.ply");
+  for (const double edge : {10.0, 1000.0})
+    for (const float way : {-0.5f, 0.5f, 100.0f}) {
+      const auto survey = open_tiles<float>(folder / "a.ply", {.edge = edge});
+      const auto move = [way](point_cloud<float, 3> cloud) {
+        cloud.points.row(0).array() += way;
+        return cloud;
+      };
+      const std::string why = "the step with_reach has moved points";
+      CHECK_THROWS_WITH_AS((void)(survey | with_reach(2, move)).read(),
+                           doctest::Contains(why.c_str()), invalid_input);
+      CHECK_THROWS_WITH_AS((void)(survey | with_reach(0, move) | estimate_normals(knn{5})).read(),
+                           doctest::Contains(why.c_str()), invalid_input);
+      CHECK((survey | with_reach(0, move)).read().size() == 3000);
+      CHECK((survey | estimate_normals(knn{5}) | with_reach(0, move)).read().size() == 3000);
+    }
+}
+
+TEST_CASE("attributes that only some tiles get are an error, and no data is left out") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(3000), folder / "a.ply");
+  for (const bool of_dense : {false, true}) {
+    const auto some = with_reach(0, [of_dense](point_cloud<float, 3> cloud) {
+      if ((cloud.size() > 100) == of_dense)
+        cloud.set_attribute("q", std::vector<float>(std::size_t(cloud.size())));
+      return cloud;
+    });
+    CHECK_THROWS_AS((void)(open_tiles<float>(folder / "a.ply", {.edge = 10}) | some |
+                           write_tiles(folder / ("out" + std::to_string(int(of_dense))))),
+                    invalid_input);
+  }
+}
+
+TEST_CASE("the progress of tiles behind a limit never goes back") {
+  const test::temporary_folder folder;
+  write_ply(terrain<float>(3000), folder / "a.ply");
+  const auto cloud = open_tiles<float>(folder / "a.ply", {.edge = 10}) |
+                     remove_statistical_outliers({.neighbors = 5});
+  std::vector<double> shares;
+  const task_monitor monitor{.progress = [&](double share) { shares.push_back(share); }};
+  for_each_tile(cloud, halo{0}, [](auto&) {}, {.monitor = monitor});
+  CHECK(shares.back() == 1);
+  CHECK(std::ranges::is_sorted(shares));
+  CHECK(std::ranges::any_of(shares, [](double share) { return share > 0.5 && share < 1; }));
+  shares.clear();
+  (void)mean_and_covariance(cloud, {.monitor = monitor});
+  CHECK(shares.back() == 1);
+  CHECK(std::ranges::is_sorted(shares));
+  CHECK(std::ranges::any_of(shares, [](double share) { return share > 0.5 && share < 1; }));
+}
+
 TEST_CASE("a struct that moves points says so in a pipeline, too") {
   const test::temporary_folder folder;
   write_ply(terrain<float>(100), folder / "ground.ply");

@@ -247,7 +247,9 @@ expect 0 'points, then ' "$cilantro" run tiles voxel=0.05 outliers=8:2 normals=k
 "$cilantro" run all.ply voxel=0.05 outliers=8:2 normals=knn:8 -o whole.ply
 [ "$("$cilantro" info thin | grep points)" = "$("$cilantro" info whole.ply | grep points)" ] || fail 'tiles have what the whole has'
 expect 0 'tiles in halves' "$cilantro" run 'tiles/*_*.ply' voxel=0.05 -o halves --edge 0.5
-expect 1 'looks at the whole cloud' "$cilantro" run tiles take=5 -o taken
+expect 0 'then 5 in' "$cilantro" run tiles take=5 -o taken
+expect 1 'looks at the whole cloud' "$cilantro" run tiles farthest=5 -o farthest
+expect 1 'which no tile knows after the step voxel_downsample' "$cilantro" run tiles voxel=0.1 take=5 -o after
 expect 2 'needs a folder' "$cilantro" run tiles voxel=1
 expect 2 'for folders and patterns' "$cilantro" run scan.ply voxel=1 --resume
 expect 1 'more memory' "$cilantro" run tiles voxel=1 -o small --memory 1

@@ -75,7 +75,7 @@ std::vector<T> sum_over_tiles(const tiled_cloud<S, D>& cloud, const std::vector<
                               const task_monitor& monitor, F visit) {
   auto sums = zeros;
   std::mutex mutex;
-  visit_points(cloud, more_memory, monitor, [&](point_cloud<S, D> points) {
+  visit_points(cloud, more_memory, monitor, [&](point_cloud<S, D>&& points) {
     auto found = zeros;
     visit(std::move(points), found);
     const std::scoped_lock lock{mutex};

@@ -163,11 +163,11 @@ class tile_run {
     for (index_t i = 0; i < cloud.size(); ++i) {
       const auto place = place_of(cloud, i);
       for (int d = 0; d < 2; ++d)
-        expects(!(place[d] < std::max(area.lower[d], survey_.bounds.lower[d]) - tolerance ||
-                  place[d] > std::min(area.upper[d], survey_.bounds.upper[d]) + tolerance),
-                "the step " + step +
-                    " has moved points, which on tiles only transform may: write its result, "
-                    "without steps that look around, and open that");
+        if (place[d] < std::max(area.lower[d], survey_.bounds.lower[d]) - tolerance ||
+            place[d] > std::min(area.upper[d], survey_.bounds.upper[d]) + tolerance)
+          throw invalid_input{"the step " + step +
+                              " has moved points, which on tiles only transform may: write its "
+                              "result, without steps that look around, and open that"};
     }
   }
   void keep_region(point_cloud<S, D>& cloud, const tile_region<D>& region) {

@@ -66,6 +66,11 @@ place_choice after(const place_choice& before, const place_choice& next) {
           before.thinning * next.thinning};
 }
 
+std::string not_known(const std::string& step, const std::string& where) {
+  return "the step " + step + " chooses points by their places in the whole, which no tile knows " +
+         where;
+}
+
 }  // namespace
 
 template <Scalar S, int D>
@@ -81,15 +86,15 @@ void decide_places(const tile_survey<D>& survey, std::vector<tile_step<S, D>>& s
       if (!step.keeps_all && removed_by.empty()) removed_by = step.name;
       continue;
     }
-    const auto who = "the step " + step.name + " chooses points by their places in the whole, ";
-    const auto instead =
-        ": put it before, write what comes before it and open that, or choose by "
-        "voxel_downsample, or with_reach(0, …) by what a point has";
-    expects(removed_by.empty(), who + "which no tile knows after the step " + removed_by + instead);
+    expects(removed_by.empty(), not_known(step.name, "after the step " + removed_by +
+                                                         ": put it before, write what comes before "
+                                                         "it and open that, or choose by "
+                                                         "voxel_downsample, or with_reach(0, …) by "
+                                                         "what a point has"));
     expects(finite == survey.points,
-            who +
-                "which no tile knows where points are not finite: write them, which leaves "
-                "those out, and choose of what write_tiles returns");
+            not_known(step.name,
+                      "where points are not finite: write them, which leaves those out, and choose "
+                      "of what write_tiles returns"));
     if (!step.chosen) {
       step.chosen =
           std::make_shared<const place_choice>(after(*chosen, step.choice(chosen->count)));

@@ -114,8 +114,9 @@ class crew {
     try {
       while (next_()) {
       }
-    } catch (const std::exception&) {
-      // What is thrown already says why the work ends.
+    } catch (...) {
+      const std::scoped_lock lock{mutex_};
+      if (!error_) error_ = std::current_exception();
     }
   }
   [[nodiscard]] bool is_stopped() const { return monitor_.stop.stop_requested(); }

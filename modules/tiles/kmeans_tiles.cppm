@@ -46,8 +46,8 @@ struct survey_kmeans_result {
 /// O(N k) an iteration. Memory beside that of tiles: 5 kB for each centre, and as much for each
 /// that a tile at work meets, and that of `kmeans` for the sample. Throws `invalid_input` unless
 /// there are k points and k is at least 1, for options that are negative, and for `.threads`, which
-/// are those of `open_tiles`; what reading and steps throw; and `cancelled`. Source: Lloyd 1982;
-/// Bradley & Fayyad 1998, "Refining initial points for k-means clustering".
+/// are those of `open_tiles`; what reading and steps throw; and `cancelled`.
+/// Source: Lloyd 1982; Bradley & Fayyad 1998, "Refining initial points for k-means clustering".
 export template <Scalar S, int D>
 [[nodiscard]] survey_kmeans_result<S, D> kmeans(const tiled_cloud<S, D>& cloud, index_t k,
                                                 const kmeans_options& options = {});

@@ -1,6 +1,10 @@
 # The units that are compiled once for each set of vector instructions, of which the library chooses
 # at run time. Why: docs/decisions/0017-vector-kernels.md
-file(GLOB cilantro_vector_kernels CONFIGURE_DEPENDS modules/*/kernels/*.cpp)
+set(cilantro_vector_kernels "")
+foreach(area IN LISTS cilantro_areas components)
+  file(GLOB kernels CONFIGURE_DEPENDS modules/${area}/kernels/*.cpp)
+  list(APPEND cilantro_vector_kernels ${kernels})
+endforeach()
 
 set(cilantro_kernel_objects)
 # No fused operations: what is computed must not depend on the machine. Square roots set no errno.

@@ -12,11 +12,18 @@ targets=("${@:2}")
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
-# The quickstart can do without what only the tests need; a folder that has the tests keeps them.
-tests=OFF
-[[ ${targets[0]} =~ ^(all|cilantro_tests|fingerprint|differential_answers)$ ]] && [ "$preset" != benchmark ] && tests=ON
-if [ $tests = ON ] || [ ! -e "build/$preset/build.ninja" ]; then
-  cmake --preset "$preset" -DCILANTRO_BUILD_TESTS=$tests > "$log" 2>&1 ||
+# The quickstart can do without the tests, and without areas that it does not import; a folder that has them keeps them.
+is_new=true
+[ ! -e "build/$preset/build.ninja" ] || is_new=false
+settings=()
+case $preset/${targets[0]} in
+  */quickstart) settings=(-DCILANTRO_BUILD_TESTS=OFF '-DCILANTRO_AREAS=registration;io') ;;
+  benchmark/*) ;;
+  */all | */cilantro_tests | */fingerprint | */differential_answers) settings=(-DCILANTRO_BUILD_TESTS=ON) ;;
+  *) if $is_new; then settings=(-DCILANTRO_BUILD_TESTS=OFF); fi ;;
+esac
+if $is_new || [ "${targets[0]}" != quickstart ]; then
+  cmake --preset "$preset" "${settings[@]}" > "$log" 2>&1 ||
     { cat "$log" >&2; fail "configuring failed (see above): put right what CMake names, or remove build/$preset to start afresh."; }
 fi
 [ -e "build/$preset/libcilantro.a" ] || echo "building ${targets[*]} in build/$preset, which takes some minutes the first time ..."

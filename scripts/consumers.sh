@@ -16,7 +16,7 @@ projects=tests/consumers
 cases=(default_settings release debug refusals mixed exports from_gcc component component/within window mpi
   standard_23 standard_26 extensions_on extensions_off openmp_flag warnings undefined_sanitizer thread_sanitizer
   unoptimized march_native other_alignment static with_pcl with_open3d
-  objects/within fetch/within shared/within march_native/within address_sanitizer/within)
+  objects/within areas/within fetch/within shared/within march_native/within address_sanitizer/within)
 
 configure() {  # PROJECT [ARGUMENT...]: into $build
   local project=$1
@@ -129,6 +129,13 @@ run_case() {
     objects/within)
       configure $projects -DCILANTRO_SOURCE="$source" -DCMAKE_CXX_STANDARD=23 -DCMAKE_CXX_EXTENSIONS=OFF
       cmake --build "$build" --target CMakeFiles/import_only.dir/import_only.cpp.o CMakeFiles/eigen_first.dir/eigen_first.cpp.o ;;
+    # What reads, writes and filters clouds, without registration, tiles and the like.
+    areas/within)
+      configure $projects -DCILANTRO_SOURCE="$source" -DCILANTRO_AREAS=io
+      if ninja -C "$build" -t inputs cilantro/libcilantro.a | grep -E 'modules/(registration|tiles|spatial)/'; then return 1; fi
+      cmake --build "$build" --target import_only
+      "$build/import_only" "$build/cloud.ply"
+      refuse -DCILANTRO_SOURCE="$source" -DCILANTRO_AREAS=tile 'CILANTRO_AREAS names tile, which is no area of cilantro' ;;
     fetch/within) project $projects/fetch -DCILANTRO_SOURCE="$source" && "$build/program" ;;
     shared/within) within -DBUILD_SHARED_LIBS=ON ;;
     march_native/within) within -DCMAKE_CXX_FLAGS=-march=native ;;

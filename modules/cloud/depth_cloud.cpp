@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-
 #include "cloud/color.hpp"
 module cilantro.cloud;
 

@@ -1,17 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
 #include <condition_variable>
-#include <cstddef>
-#include <exception>
-#include <functional>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <system_error>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include "core/parallel_backend.hpp"
 module cilantro.cloud;

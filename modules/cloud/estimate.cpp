@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cstdint>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 module cilantro.cloud;
 

@@ -1,14 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <span>
-#include <utility>
-#include <variant>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 module cilantro.cloud;
 

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <variant>
-#include <vector>
 module cilantro.cloud;
 
 namespace cilantro {

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <ostream>
-#include <span>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "core/closed_spaces.hpp"
 module cilantro.cloud;

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <chrono>
-#include <cstddef>
 #include <cstdio>
 #include <ostream>
-#include <string>
-#include <utility>
-#include <vector>
 module cilantro.cloud;
 
 namespace cilantro {

@@ -2,19 +2,10 @@
 //
 // The centres nearest to points, as k-means looks for them. Internal.
 module;
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "clustering/kernels/nearest_centers.hpp"
 module cilantro.clustering:centroid_search;
 
+import cilantro.standard;
 import cilantro.eigen;
 import cilantro.core;
 import cilantro.search;

@@ -1,17 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "clustering/kernels/nearest_centers.hpp"
 #include "core/closed_spaces.hpp"
 module cilantro.clustering;

@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 module cilantro.clustering;
 

@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <map>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 module cilantro.clustering;
 

@@ -1,13 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <tuple>
-#include <utility>
-#include <vector>
 module cilantro.clustering;
 
 import cilantro.numeric;

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <optional>
 module cilantro.consensus;
 
 namespace cilantro {

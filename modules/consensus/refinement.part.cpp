@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Least squares of distances that are no linear function of a model, from one that is near.
-module;
-#include <cmath>
-#include <utility>
 module cilantro.consensus:refinement;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cstddef>
-#include <optional>
-#include <span>
-
 #include "core/closed_spaces.hpp"
 module cilantro.consensus;
 

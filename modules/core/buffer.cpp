@@ -2,9 +2,7 @@
 module;
 #include <sys/mman.h>
 
-#include <cstddef>
 #include <cstdlib>
-#include <new>
 module cilantro.core;
 
 namespace cilantro::detail {

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <array>
-#include <charconv>
-#include <limits>
-#include <string>
 module cilantro.core;
 
 namespace cilantro {

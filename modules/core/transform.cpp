@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cmath>
-#include <limits>
-
 #include "core/closed_spaces.hpp"
 module cilantro.core;
 

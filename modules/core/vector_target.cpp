@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <atomic>
 #include <cstdlib>
-#include <string>
-#include <string_view>
 
 #include "core/vector_kernels.hpp"
 module cilantro.core;

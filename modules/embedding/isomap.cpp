@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <cstddef>
-#include <utility>
-#include <vector>
 module cilantro.embedding;
 
 import cilantro.numeric;

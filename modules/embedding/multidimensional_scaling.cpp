@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <optional>
-#include <utility>
 module cilantro.embedding;
 
 import cilantro.numeric;

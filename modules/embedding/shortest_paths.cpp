@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cstddef>
-#include <functional>
-#include <limits>
-#include <utility>
-#include <vector>
 module cilantro.embedding;
 
 namespace cilantro {

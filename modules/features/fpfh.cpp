@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <mutex>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 #include "features/kernels/pair_features.hpp"
 module cilantro.features;

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <limits>
 module cilantro.geometry;
 
 namespace cilantro {

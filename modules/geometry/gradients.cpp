@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <string>
-
 #include "core/closed_spaces.hpp"
 module cilantro.geometry;
 

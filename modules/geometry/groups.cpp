@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstdint>
-#include <iterator>
-
 #include "core/closed_spaces.hpp"
 #include "geometry/kernels/group_means.hpp"
 module cilantro.geometry;

@@ -1,19 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Points sorted by a key, as the cells of a grid are. Internal.
-module;
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <memory>
-#include <numeric>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.geometry:key_sorter;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import :groups;

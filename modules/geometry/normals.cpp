@@ -1,18 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <limits>
-#include <numbers>
-#include <optional>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 #include "geometry/kernels/plane_fit.hpp"
 module cilantro.geometry;

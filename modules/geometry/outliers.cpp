@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <mutex>
-#include <span>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 module cilantro.geometry;
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
 module cilantro.geometry;
 
 namespace cilantro {

@@ -1,14 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-#include <string>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 #include "geometry/kernels/voxel_keys.hpp"
 module cilantro.geometry;

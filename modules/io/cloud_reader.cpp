@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
 #include <cerrno>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <system_error>
-#include <utility>
 module cilantro.io;
 
 import :cloud_source;

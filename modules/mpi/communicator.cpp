@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "mpi_backend.hpp"
 module cilantro.mpi;
 

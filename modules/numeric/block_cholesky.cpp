@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <ranges>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "numeric/kernels/block_cholesky.hpp"
 module cilantro.numeric;
 

@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.numeric;
 
 namespace cilantro {

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // In which order the nodes of a block pattern are eliminated, and which of them together.
-module;
-#include <algorithm>
-#include <cstdint>
-#include <utility>
-#include <vector>
 module cilantro.numeric:column_groups;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :block_cholesky;

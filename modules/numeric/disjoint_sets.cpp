@@ -1,10 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <atomic>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-#include <vector>
 module cilantro.numeric;
 
 namespace cilantro {

@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <vector>
 module cilantro.numeric;
 
 namespace cilantro {

@@ -3,17 +3,10 @@
 // The fronts in which the unknowns of a block pattern are eliminated, and where everything is in
 // memory: computed once for a pattern.
 module;
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "numeric/kernels/block_cholesky.hpp"
 module cilantro.numeric:elimination;
 
+import cilantro.standard;
 import cilantro.core;
 import :block_cholesky;
 import :column_groups;

@@ -2,10 +2,6 @@
 //
 // The instantiations of registration by colours, in a unit of their own beside those of `align`.
 module;
-#include <functional>
-#include <span>
-#include <utility>
-
 #include "core/closed_spaces.hpp"
 module cilantro.registration;
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <stop_token>
 module cilantro.registration;
 
 namespace cilantro {

@@ -1,10 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <compare>
-#include <tuple>
-#include <vector>
 module cilantro.registration;
 
 namespace cilantro {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <ostream>
-#include <string_view>
 module cilantro.registration;
 
 namespace cilantro {

@@ -1,18 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <limits>
-#include <numeric>
-#include <stop_token>
-#include <type_traits>
-#include <utility>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 #include "core/parallel_backend.hpp"
 module cilantro.search;

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Polytopes as they are cut by planes.
-module;
-#include <cmath>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <utility>
 module cilantro.spatial:cell;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :generated_set;

@@ -1,18 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <memory>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <stdexcept>
-#include <utility>
-#include <vector>
 module cilantro.spatial;
 
 import :polytope_shape;

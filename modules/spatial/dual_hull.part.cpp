@@ -2,21 +2,10 @@
 //
 // From half-spaces to corners and rays, by the hull of dual points about the middle of the set.
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "spatial/qhull.hpp"
 module cilantro.spatial:dual_hull;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :polytope_data;

@@ -1,13 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <stdexcept>
-#include <utility>
-#include <vector>
 module cilantro.spatial;
 
 namespace cilantro {

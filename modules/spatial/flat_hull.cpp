@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <memory>
-#include <span>
-#include <string>
-#include <vector>
 module cilantro.spatial;
 
 import :flat_view;

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Points in space that are nearly in a plane, as points of it.
-module;
-#include <cmath>
-#include <string>
 module cilantro.spatial:flat_view;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 

@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Sets with flat sides as they are cut by planes.
-module;
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.spatial:generated_set;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :generators;

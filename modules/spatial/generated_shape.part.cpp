@@ -1,19 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // From what generates a set to its shape, verified.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-#include <optional>
-#include <ranges>
-#include <utility>
-#include <vector>
 module cilantro.spatial:generated_shape;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :generated_set;

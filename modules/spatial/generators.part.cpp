@@ -1,18 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What generates sets with flat sides, and which of it lies on which plane.
-module;
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.spatial:generators;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :polytope_data;

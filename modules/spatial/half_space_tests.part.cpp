@@ -2,13 +2,10 @@
 //
 // Which of many points are inside half-spaces, by the vector kernel.
 module;
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
 #include "spatial/kernels/inside_planes.hpp"
 module cilantro.spatial:half_space_tests;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 

@@ -3,21 +3,11 @@
 // Which points can be vertices of their hull at all: in two and three dimensions, those that are
 // not inside the hull of some extreme ones (Akl and Toussaint 1978, with more directions).
 module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <numbers>
-#include <numeric>
-#include <utility>
-#include <vector>
-
 #include "spatial/kernels/inside_planes.hpp"
 #include "spatial/qhull.hpp"
 module cilantro.spatial:hull_candidates;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :half_space_tests;

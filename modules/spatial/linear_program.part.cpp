@@ -3,15 +3,9 @@
 // The largest ball in an intersection of half-spaces, by a dual simplex whose basis has dimension +
 // 1 columns. Its radius tells all cases apart: below 0 the half-spaces contradict each other, 0 is
 // a set without an inside.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <stdexcept>
-#include <vector>
 module cilantro.spatial:linear_program;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 

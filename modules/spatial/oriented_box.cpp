@@ -1,16 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.spatial;
 
 import :polytope_shape;

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // From a shape to a polytope: its measures, and the way from a subspace back into all of space.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <utility>
-#include <vector>
 module cilantro.spatial:polytope_measures;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :polytope_data;

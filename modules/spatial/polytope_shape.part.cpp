@@ -2,20 +2,9 @@
 //
 // What is common to hulls of points and to intersections of half-spaces: subspaces, and facets in
 // canonical order, with rings and neighbours.
-module;
-#include <algorithm>
-#include <cmath>
-#include <compare>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <numeric>
-#include <ranges>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.spatial:polytope_shape;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :polytope_data;

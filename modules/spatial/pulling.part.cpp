@@ -2,16 +2,9 @@
 //
 // Polytopes cut into simplices by what their facets have in common, without coordinates: pulling
 // triangulations (De Loera, Rambau and Santos, Triangulations, 2010, section 4.3.1).
-module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <ranges>
-#include <span>
-#include <vector>
 module cilantro.spatial:pulling;
 
+import cilantro.standard;
 import cilantro.core;
 import :polytope_data;
 

@@ -1,15 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <memory>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.spatial;
 
 import :cell;

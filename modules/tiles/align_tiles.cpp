@@ -1,18 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <stop_token>
-#include <utility>
-#include <variant>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Boxes, and which of many meet a region. Internal.
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <utility>
-#include <vector>
 module cilantro.tiles:box_tree;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

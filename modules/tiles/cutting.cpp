@@ -2,23 +2,7 @@
 module;
 #include <fcntl.h>
 #include <unistd.h>
-#include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
-#include <system_error>
-#include <tuple>
-#include <utility>
-#include <variant>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

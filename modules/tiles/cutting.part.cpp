@@ -4,22 +4,10 @@
 module;
 #include <fcntl.h>
 #include <unistd.h>
-#include <array>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <map>
-#include <memory>
-#include <span>
-#include <stop_token>
-#include <system_error>
-#include <type_traits>
-#include <utility>
-#include <variant>
-#include <vector>
 module cilantro.tiles:cutting;
 
+import cilantro.standard;
 import cilantro.eigen;
 import cilantro.core;
 import cilantro.cloud;

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Means and covariances of points in any order, without rounding until the end. Internal.
-module;
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <vector>
 module cilantro.tiles:exact_moments;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 

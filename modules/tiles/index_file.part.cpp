@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What lies beside tiles in a folder: an index once all are there, and notes until then. Internal.
-module;
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 module cilantro.tiles:index_file;
 
+import cilantro.standard;
 import cilantro.core;
 import :survey;
 

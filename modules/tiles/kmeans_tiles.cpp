@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <mutex>
-#include <numeric>
-#include <string>
-#include <tuple>
 #include <unordered_map>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

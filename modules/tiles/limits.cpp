@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cstdint>
-#include <functional>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -2,11 +2,9 @@
 //
 // Steps whose limit all points together decide, as steps that look at their surroundings alone.
 // Internal.
-module;
-#include <string>
-#include <vector>
 module cilantro.tiles:limits;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.geometry;
 import cilantro.cloud;

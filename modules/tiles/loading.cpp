@@ -1,15 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <limits>
-#include <optional>
-#include <span>
-#include <stop_token>
-#include <utility>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Points of files. Internal.
-module;
-#include <cstdint>
-#include <functional>
-#include <optional>
-#include <stop_token>
-#include <vector>
 module cilantro.tiles:loading;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :region;

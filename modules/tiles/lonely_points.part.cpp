@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Points that have few others near them, found without a tree. Internal.
-module;
-#include <cstdint>
-#include <functional>
-#include <vector>
 module cilantro.tiles:lonely_points;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -1,23 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include <unistd.h>
-#include <algorithm>
-#include <array>
-#include <atomic>
 #include <cctype>
-#include <cmath>
-#include <concepts>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <memory>
-#include <optional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
-#include <vector>
 
 #include "core/parallel_backend.hpp"
 module cilantro.tiles;

@@ -1,13 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <compare>
-#include <cstdint>
-#include <mutex>
-#include <utility>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

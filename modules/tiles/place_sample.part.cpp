@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Some points of a survey, the same for any tiles and ranks. Internal.
-module;
-#include <cstdint>
 module cilantro.tiles:place_sample;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :tiled_cloud;

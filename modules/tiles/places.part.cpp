@@ -2,14 +2,9 @@
 //
 // The places that points have in the order of the whole, and points as they are put aside between
 // two passes. Internal.
-module;
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
 module cilantro.tiles:places;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :survey;

@@ -1,13 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cstddef>
-#include <exception>
-#include <functional>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-#include <vector>
 module cilantro.tiles;
 
 import :communicator;

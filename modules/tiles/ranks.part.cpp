@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What the ranks of a job tell each other. Internal.
-module;
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <functional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 module cilantro.tiles:ranks;
 
+import cilantro.standard;
 import cilantro.core;
 import :communicator;
 

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The part of space of which a cloud has every point, while a tile goes through steps. Internal.
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <vector>
 module cilantro.tiles:region;
 
+import cilantro.standard;
 import cilantro.core;
 import :survey;
 

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A rigid motion from pairs that are summed up without rounding, in any order. Internal.
-module;
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
 module cilantro.tiles:rigid_equations;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import cilantro.registration;

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Tiles through steps, and many of them at a time. Internal.
-module;
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <numeric>
-#include <span>
-#include <stop_token>
-#include <vector>
 module cilantro.tiles:running;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :communicator;

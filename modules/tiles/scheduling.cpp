@@ -1,17 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <atomic>
 #include <condition_variable>
-#include <cstdint>
-#include <exception>
-#include <functional>
-#include <mutex>
-#include <optional>
-#include <span>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include "core/parallel_backend.hpp"
 module cilantro.tiles;

@@ -1,18 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
-#include <variant>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -1,20 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What is known of a cloud in files. Internal.
-module;
-#include <algorithm>
-#include <cmath>
-#include <compare>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <map>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 module cilantro.tiles:survey;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :box_tree;

@@ -2,19 +2,9 @@
 //
 // The points of a survey around places that something else has: another survey, or a scan.
 // Internal.
-module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <stop_token>
-#include <vector>
 module cilantro.tiles:survey_around;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :communicator;

@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string_view>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What several passes over all tiles share. Internal.
-module;
-#include <cstdint>
-#include <functional>
-#include <mutex>
-#include <string>
-#include <utility>
-#include <vector>
 module cilantro.tiles:tile_sums;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :communicator;

@@ -1,24 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // All tiles of a cloud into one folder. Internal.
-module;
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <span>
-#include <string>
-#include <system_error>
-#include <utility>
-#include <vector>
 module cilantro.tiles:tile_writer;
 
+import cilantro.standard;
 import cilantro.eigen;
 import cilantro.core;
 import cilantro.cloud;

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <functional>
-#include <memory>
 #include <set>
-#include <utility>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cstddef>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <vector>
 module cilantro.tiles;
 
 import :communicator;

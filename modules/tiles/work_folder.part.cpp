@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A folder that tiles are written to, and what lies in it meanwhile. Internal.
-module;
-#include <cstddef>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <string_view>
 module cilantro.tiles:work_folder;
 
+import cilantro.standard;
 import :communicator;
 import :index_file;
 

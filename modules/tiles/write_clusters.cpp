@@ -1,19 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <span>
-#include <string>
-#include <tuple>
 #include <unordered_map>
-#include <utility>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

@@ -1,19 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <span>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
-#include <vector>
 module cilantro.tiles;
 
 import cilantro.eigen;

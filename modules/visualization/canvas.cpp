@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <cstdint>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 module cilantro.visualization;
 
 namespace cilantro {

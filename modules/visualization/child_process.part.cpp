@@ -9,15 +9,10 @@ module;
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
-#include <array>
 #include <cerrno>
-#include <cstddef>
-#include <span>
-#include <string>
-#include <system_error>
-#include <utility>
-#include <vector>
 module cilantro.visualization:child_process;
+
+import cilantro.standard;
 
 namespace cilantro {
 

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // All that a picture shows, numbered, and what is nearest in its pixels. Internal.
-module;
-#include <algorithm>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <vector>
 module cilantro.visualization:drawing;
 
+import cilantro.standard;
 import cilantro.core;
 import :canvas;
 import :projector;

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Eye-dome lighting. Internal.
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <span>
-#include <vector>
 module cilantro.visualization:edges;
 
+import cilantro.standard;
 import cilantro.core;
 import :drawing;
 import :projector;

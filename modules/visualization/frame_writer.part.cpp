@@ -3,19 +3,11 @@
 // Films as files. Failures of the system are `std::system_error`s. Internal.
 module;
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
-#include <system_error>
-#include <utility>
-#include <vector>
 
 #include "io/common/file.hpp"
 module cilantro.visualization:frame_writer;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.io;
 import :child_process;

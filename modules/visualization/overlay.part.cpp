@@ -1,19 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Texts and bars of colours, over a finished picture. Internal.
-module;
-#include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-#include <string_view>
-#include <vector>
 module cilantro.visualization:overlay;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :canvas;

@@ -9,23 +9,9 @@
 module;
 #include <zlib.h>
 
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <numeric>
-#include <span>
-#include <stdexcept>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 module cilantro.visualization:packing;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :canvas;

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <filesystem>
-#include <string>
 module cilantro.visualization;
 
 namespace cilantro {

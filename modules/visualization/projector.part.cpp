@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // From the coordinates of batches to pixels. Internal.
-module;
-#include <algorithm>
 module cilantro.visualization:projector;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import cilantro.geometry;

@@ -2,17 +2,10 @@
 //
 // Which pixels points, lines and triangles cover, and at what depth. Internal.
 module;
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <utility>
-
 #include "visualization/kernels/splats.hpp"
 module cilantro.visualization:rasterize;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.eigen;
 import :canvas;

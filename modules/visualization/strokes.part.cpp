@@ -2,16 +2,9 @@
 //
 // Texts as polylines, for pictures that need neither a font file nor a library that reads one.
 // Internal. The letters are cilantro's own.
-module;
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cmath>
-#include <iterator>
-#include <string_view>
-#include <vector>
 module cilantro.visualization:strokes;
 
+import cilantro.standard;
 import cilantro.eigen;
 import cilantro.core;
 

@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Colours for values, and what they mean. Internal.
-module;
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 module cilantro.visualization:value_colors;
 
+import cilantro.standard;
 import cilantro.core;
 import :canvas;
 import :color_map;

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cstdint>
-#include <string>
-#include <string_view>
 module cilantro.visualization;
 
 import :overlay;

@@ -1,14 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <filesystem>
-#include <memory>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <string>
-#include <system_error>
-#include <utility>
 module cilantro.visualization;
 
 import :frame_writer;

@@ -2,15 +2,10 @@
 //
 // A picture that is drawn while the window goes on. Internal.
 module;
-#include <exception>
-#include <functional>
-#include <mutex>
-#include <optional>
-#include <stop_token>
 #include <thread>
-#include <utility>
 module cilantro.window:background_picture;
 
+import cilantro.standard;
 import cilantro.visualization;
 
 namespace cilantro {

@@ -4,14 +4,9 @@
 module;
 #include <GL/glcorearb.h>
 
-#include <array>
-#include <cstddef>
-#include <functional>
-#include <map>
-#include <string>
-#include <utility>
 module cilantro.window:card_objects;
 
+import cilantro.standard;
 import cilantro.visualization;
 import :gl_functions;
 import :on_screen;

@@ -4,11 +4,6 @@ module;
 #include <EGL/eglext.h>
 #include <dlfcn.h>
 
-#include <array>
-#include <memory>
-#include <optional>
-#include <string>
-#include <utility>
 module cilantro.window;
 
 import :desktop;

@@ -8,19 +8,11 @@ module;
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include <chrono>
-#include <cstddef>
 #include <deque>
-#include <exception>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 #include <thread>
-#include <utility>
-#include <variant>
 module cilantro.window:desktop;
 
+import cilantro.standard;
 import cilantro.core;
 import :key;
 import :key_codes;

@@ -4,9 +4,9 @@
 module;
 #include <GL/glcorearb.h>
 
-#include <string>
 module cilantro.window:gl_functions;
 
+import cilantro.standard;
 import :desktop;
 
 namespace cilantro {

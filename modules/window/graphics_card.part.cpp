@@ -4,19 +4,9 @@
 module;
 #include <GL/glcorearb.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <map>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 module cilantro.window:graphics_card;
 
+import cilantro.standard;
 import cilantro.visualization;
 import :card_objects;
 import :gl_functions;

@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
-#include <utility>
 module cilantro.window;
 
 namespace cilantro {

@@ -5,9 +5,9 @@ module;
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include <optional>
 module cilantro.window:key_codes;
 
+import cilantro.standard;
 import :key;
 
 namespace cilantro {

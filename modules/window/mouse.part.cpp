@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What the mouse means: drags, clicks, and double clicks. Internal.
-module;
-#include <chrono>
-#include <cmath>
-#include <optional>
-#include <utility>
 module cilantro.window:mouse;
 
+import cilantro.standard;
 import cilantro.visualization;
 import :desktop;
 import :navigation;

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What the mouse and the keys do to views. Internal.
-module;
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 module cilantro.window:navigation;
 
+import cilantro.standard;
 import cilantro.visualization;
 
 namespace cilantro {

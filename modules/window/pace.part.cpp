@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // When a window draws, and how finely. Internal.
-module;
-#include <algorithm>
-#include <chrono>
-#include <limits>
-#include <optional>
 module cilantro.window:pace;
 
+import cilantro.standard;
 import cilantro.visualization;
 
 namespace cilantro {

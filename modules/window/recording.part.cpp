@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Films of what a window shows. Internal.
-module;
-#include <algorithm>
-#include <chrono>
-#include <filesystem>
-#include <utility>
 module cilantro.window:recording;
 
+import cilantro.standard;
 import cilantro.visualization;
 
 namespace cilantro {

@@ -28,16 +28,18 @@ ONLY_IN = {"omp.h": ["core/parallel_backend.cpp"], "png.h": ["io/image/png.cpp"]
 
 def violations_in(root):
     """Sentences about the files below `root`, sorted by file."""
+    wrapper = root / "standard.cppm"
+    wrapped = set(re.findall(r"^#include <(\w+)>", wrapper.read_text(), re.M)) if wrapper.exists() else set()
     for path in sorted(root.rglob("*")):
         if path.suffix not in {".cppm", ".cpp", ".hpp"}:
             continue
         name = path.relative_to(root).as_posix()
         text = path.read_text()
         area = name.split("/")[0] if "/" in name else path.stem
-        yield from (f"{name}: {what}" for what in violations_of(name, path, area, text))
+        yield from (f"{name}: {what}" for what in violations_of(name, path, area, text, wrapped))
 
 
-def violations_of(name, path, area, text):
+def violations_of(name, path, area, text, wrapped):
     is_interface = path.suffix == ".cppm"
     imports = re.findall(r"^(?:export )?import ([\w.:]+);", text, re.M)
     includes = re.findall(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', text, re.M)
@@ -72,7 +74,10 @@ def violations_of(name, path, area, text):
             if not (allowed and re.fullmatch(allowed, header)) and header not in INTERFACE_HEADERS:
                 yield f"includes {header}; interfaces import cilantro.standard and cilantro.eigen"
     else:
+        is_of_a_module = re.search(r"^module [\w.:]+;", text, re.M)
         for header in includes:
+            if is_of_a_module and header in wrapped:
+                yield f"includes {header}, of which cilantro.standard has the names"
             if header.startswith(("Eigen/", "unsupported/")):
                 yield f"includes {header} instead of importing cilantro.eigen"
             if name not in ONLY_IN.get(header, [name]):

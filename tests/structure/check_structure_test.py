@@ -43,6 +43,13 @@ class CheckStructure(unittest.TestCase):
         self.expect("eigen.cppm", "module;\n#include <Eigen/LU>\nexport module cilantro.eigen;\n")
         self.expect("eigen.cppm", "module;\n#include <png.h>\nexport module cilantro.eigen;\n", "interfaces import")
 
+    def test_refuses_headers_in_units_that_the_wrapper_has(self):
+        wrapper = "module;\n#include <vector>\nexport module cilantro.standard;\n"
+        unit = "module;\n#include <thread>\n#include <vector>\nmodule cilantro.search;\n"
+        self.assertEqual(violations({"standard.cppm": wrapper, "search/a.cpp": unit}),
+                         ["search/a.cpp: includes vector, of which cilantro.standard has the names"])
+        self.assertEqual(violations({"standard.cppm": wrapper, "search/plain.cpp": "#include <vector>\n"}), [])
+
     def test_refuses_a_target_before_a_source(self):
         declaration = "export module cilantro.search:a;\nvoid pair({});\n"
         self.expect("search/a.cppm", declaration.format("const P& source, const Q& target, int n = 0"))

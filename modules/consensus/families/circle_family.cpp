@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <optional>
-#include <span>
 module cilantro.consensus;
 
 namespace cilantro {

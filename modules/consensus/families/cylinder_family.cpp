@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <optional>
 module cilantro.consensus;
 
 import :refinement;

@@ -1,13 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "consensus/kernels/plane_scores.hpp"
 #include "core/closed_spaces.hpp"
 module cilantro.consensus;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <optional>
 module cilantro.consensus;
 
 namespace cilantro {

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <optional>
-#include <utility>
 module cilantro.consensus;
 
 import :refinement;

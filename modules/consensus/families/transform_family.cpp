@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <optional>
-
 #include "core/closed_spaces.hpp"
 module cilantro.consensus;
 

@@ -2,22 +2,11 @@
 //
 // How a cloud is put together from the columns of a file. Internal: shared by the readers.
 module;
-#include <bit>
-#include <concepts>
-#include <cstddef>
-#include <cstdint>
-#include <initializer_list>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <variant>
-#include <vector>
-
 #include "cloud/color.hpp"
 #include "io/common/number.hpp"
 module cilantro.io:cloud_builder;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :file_options;

@@ -2,17 +2,10 @@
 //
 // A cloud as the columns of a file. Internal: shared by the writers.
 module;
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <string>
-#include <string_view>
-#include <variant>
-#include <vector>
-
 #include "io/common/number.hpp"
 module cilantro.io:cloud_columns;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // A file that is read in pieces, whatever its format. Internal: shared by the readers.
-module;
-#include <algorithm>
-#include <cstdint>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <utility>
 module cilantro.io:cloud_source;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
 import :cloud_builder;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // Which format the name of a file says. Internal.
-module;
-#include <filesystem>
 module cilantro.io:file_ending;
+
+import cilantro.standard;
 
 namespace cilantro {
 

@@ -2,21 +2,13 @@
 //
 // What all readers and writers do with a file around its content. Internal.
 module;
-#include <algorithm>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <optional>
-#include <span>
-#include <string>
-#include <system_error>
 
 #include "io/common/byte_stream.hpp"
 #include "io/common/file.hpp"
 module cilantro.io:file_scope;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -2,17 +2,10 @@
 //
 // Lines of a text that several threads read. Internal: shared by the readers.
 module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <optional>
-#include <string_view>
-#include <vector>
-
 #include "io/common/byte_stream.hpp"
 module cilantro.io:line_blocks;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

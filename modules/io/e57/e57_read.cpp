@@ -1,18 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
-#include <limits>
-#include <optional>
-#include <span>
-#include <string>
-#include <system_error>
-#include <utility>
-#include <vector>
 
 #include "io/common/number.hpp"
 #include "io/common/random_bytes.hpp"

@@ -2,13 +2,11 @@
 //
 // What an E57 file holds. Internal.
 module;
-#include <string>
-#include <vector>
-
 #include "io/common/number.hpp"
 #include "io/common/random_bytes.hpp"
 module cilantro.io:e57_scan;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <array>
 #include <csetjmp>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <system_error>
 
 #include <jerror.h>
 #include <jpeglib.h>

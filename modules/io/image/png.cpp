@@ -2,17 +2,8 @@
 module;
 #include <png.h>
 #include <zlib.h>
-#include <bit>
 #include <csetjmp>
-#include <cstddef>
-#include <cstdint>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <system_error>
-#include <vector>
 
 #include "io/common/file.hpp"
 module cilantro.io;

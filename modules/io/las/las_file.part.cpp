@@ -2,19 +2,11 @@
 //
 // What the reader and the writer of LAS share. Internal.
 module;
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "io/common/random_bytes.hpp"
 #include "io/las/las_record.hpp"
 module cilantro.io:las_file;
 
+import cilantro.standard;
 import cilantro.core;
 import :las;
 

@@ -2,17 +2,11 @@
 //
 // How a cloud becomes records of LAS points. Internal.
 module;
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "io/common/number.hpp"
 #include "io/las/las_record.hpp"
 module cilantro.io:las_plan;
 
+import cilantro.standard;
 import cilantro.core;
 import :cloud_columns;
 import :las;

@@ -2,14 +2,11 @@
 //
 // The columns of a cloud that the points of a LAS file become. Internal.
 module;
-#include <cstddef>
-#include <optional>
-#include <vector>
-
 #include "io/common/number.hpp"
 #include "io/las/las_record.hpp"
 module cilantro.io:las_table;
 
+import cilantro.standard;
 import cilantro.core;
 import :cloud_builder;
 import :las_file;

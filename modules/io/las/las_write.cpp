@@ -1,20 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <system_error>
-#include <utility>
-#include <variant>
-#include <vector>
 
 #include "io/common/file.hpp"
 #include "io/common/random_bytes.hpp"

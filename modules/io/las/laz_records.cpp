@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <memory>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "io/common/random_bytes.hpp"
 #include "io/las/las_record.hpp"
 #include "io/las/laz_chunks.hpp"

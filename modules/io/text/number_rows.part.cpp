@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The numbers of a text before anybody knows how many there are. Internal.
-module;
-#include <bit>
-#include <cstddef>
-#include <memory>
-#include <vector>
 module cilantro.io:number_rows;
 
+import cilantro.standard;
 import cilantro.core;
 
 namespace cilantro {

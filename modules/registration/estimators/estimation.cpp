@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
 module cilantro.registration;
 
 namespace cilantro {

@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 #include "registration/kernels/pair_equations.hpp"
 module cilantro.registration;

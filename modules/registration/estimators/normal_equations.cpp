@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
 module cilantro.registration;
 
 namespace cilantro {

@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <cmath>
-#include <span>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 module cilantro.registration;
 

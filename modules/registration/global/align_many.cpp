@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <map>
-#include <memory>
-#include <optional>
 #include <ostream>
-#include <utility>
-#include <vector>
 module cilantro.registration;
 
 import cilantro.eigen;

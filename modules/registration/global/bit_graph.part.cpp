@@ -2,13 +2,6 @@
 //
 // Graphs as rows of bits.
 module;
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <span>
-#include <vector>
-
 #include "registration/kernels/pair_graph.hpp"
 module cilantro.registration:bit_graph;
 

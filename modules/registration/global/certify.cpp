@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <ostream>
-#include <span>
-#include <vector>
 
 #include "core/closed_spaces.hpp"
 module cilantro.registration;

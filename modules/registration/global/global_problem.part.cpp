@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // What `align_globally` is given: two sets, and pairs between them, most of which may be wrong.
-module;
-#include <cstddef>
-#include <cstdint>
-#include <vector>
 module cilantro.registration:global_problem;
 
 import cilantro.standard;

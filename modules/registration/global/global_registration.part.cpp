@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Candidates, what speaks for them, and the verdict.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <utility>
-#include <vector>
 module cilantro.registration:global_registration;
 
 import cilantro.standard;

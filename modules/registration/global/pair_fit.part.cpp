@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // The rigid transform of some pairs, and the pairs that agree with a transform.
-module;
-#include <cmath>
-#include <optional>
-#include <span>
-#include <vector>
 module cilantro.registration:pair_fit;
 
 import cilantro.standard;

@@ -1,17 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <limits>
-#include <memory>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <utility>
-#include <vector>
-
 #include "registration/kernels/pair_graph.hpp"
 module cilantro.registration;
 

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // How well one surface lies on another under a transform, and what contradicts it.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <numbers>
-#include <optional>
-#include <vector>
 module cilantro.registration:surface_check;
 
 import cilantro.standard;

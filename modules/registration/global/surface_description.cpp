@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <limits>
-#include <memory>
-#include <optional>
-#include <utility>
-
 #include "core/closed_spaces.hpp"
 module cilantro.registration;
 

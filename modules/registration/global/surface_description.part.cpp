@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Sets as `align_globally` describes them.
-module;
-#include <memory>
-#include <optional>
 module cilantro.registration:surface_description;
 
 import cilantro.standard;

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
 // Refines a transform between surfaces on their points.
-module;
-#include <algorithm>
-#include <cmath>
-#include <optional>
 module cilantro.registration:surface_fit;
 
 import cilantro.standard;

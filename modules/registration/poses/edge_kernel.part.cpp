@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What a robust kernel makes of the chi-squares of edges.
-module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 module cilantro.registration:edge_kernel;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 

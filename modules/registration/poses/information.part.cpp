@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What edges must be, and how much they say.
-module;
-#include <cmath>
-#include <string>
 module cilantro.registration:information;
 
+import cilantro.standard;
 import cilantro.core;
 import :pose_edge;
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // What an odometry has seen around the sensor, and how a frame lies in it.
-module;
-#include <algorithm>
 module cilantro.registration:local_map;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
 import cilantro.geometry;

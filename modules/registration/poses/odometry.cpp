@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <memory>
-#include <numbers>
-#include <optional>
 #include <ostream>
-#include <string_view>
-#include <utility>
 module cilantro.registration;
 
 import :information;

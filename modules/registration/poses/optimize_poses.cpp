@@ -1,12 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
 module cilantro.registration;
 
 import cilantro.numeric;

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The way from the start of a pose graph to its minimum, with or without a robust kernel.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <span>
-#include <vector>
 module cilantro.registration:pose_descent;
 
+import cilantro.standard;
 import cilantro.core;
 import :edge_kernel;
 import :optimize_poses;

@@ -1,11 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <numeric>
-#include <tuple>
-#include <vector>
 module cilantro.registration;
 
 import cilantro.numeric;

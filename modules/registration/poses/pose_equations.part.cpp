@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The equations of a pose graph, and their solution.
-module;
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <utility>
-#include <vector>
 module cilantro.registration:pose_equations;
 
+import cilantro.standard;
 import cilantro.core;
 import cilantro.numeric;
 import :pose_edge;

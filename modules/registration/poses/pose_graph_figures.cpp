@@ -3,8 +3,6 @@
 // What becomes of a pose graph, in words.
 module;
 #include <ostream>
-#include <string_view>
-#include <vector>
 module cilantro.registration;
 
 namespace cilantro {

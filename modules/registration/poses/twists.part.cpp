@@ -2,10 +2,9 @@
 //
 // Rigid motions as exponentials of twists: velocity fields y ↦ ω × y + v that last for one unit of
 // time, in the unknowns (ω, v) of `rigid_motion`. In the plane, ω is an angle.
-module;
-#include <cmath>
 module cilantro.registration:twists;
 
+import cilantro.standard;
 import cilantro.core;
 import :pose_edge;
 

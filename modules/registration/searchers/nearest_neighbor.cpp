@@ -1,16 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <iterator>
-#include <limits>
-#include <numeric>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "core/closed_spaces.hpp"
 #include "registration/kernels/track.hpp"
 module cilantro.registration;

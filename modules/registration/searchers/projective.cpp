@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: MIT
-module;
-#include <cmath>
-#include <cstdint>
-#include <vector>
 module cilantro.registration;
 
 namespace cilantro {

@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <array>
-#include <cstdint>
-#include <limits>
-
 #include "core/closed_spaces.hpp"
 module cilantro.registration;
 

@@ -1,13 +1,5 @@
 // SPDX-License-Identifier: MIT
 module;
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-
 #include "core/closed_spaces.hpp"
 #include "registration/kernels/move_by_anchors.hpp"
 module cilantro.registration;

@@ -17,7 +17,7 @@ is_new=true
 [ ! -e "build/$preset/build.ninja" ] || is_new=false
 settings=()
 case $preset/${targets[0]} in
-  */quickstart) settings=(-DCILANTRO_BUILD_TESTS=OFF '-DCILANTRO_AREAS=registration;io') ;;
+  */quickstart) settings=(-DCILANTRO_BUILD_TESTS=OFF '-DCILANTRO_AREAS=registration;clustering;io') ;;
   benchmark/*) ;;
   */all | */cilantro_tests | */fingerprint | */differential_answers) settings=(-DCILANTRO_BUILD_TESTS=ON) ;;
   *) if $is_new; then settings=(-DCILANTRO_BUILD_TESTS=OFF); fi ;;

@@ -82,16 +82,6 @@ line_batch grid_lines(const grid_lines_options& o) {
   return lines;
 }
 
-triangle_batch triangle_mesh(const convex_polytope<3>& hull, const rgb& color) {
-  expects(
-      hull.is_bounded() && hull.affine_dimension() == 3,
-      "triangle_mesh: a polytope that is empty, flat or unbounded has no boundary of triangles");
-  return triangle_mesh(hull.vertices(), hull.simplices(), color);
-}
-void draw(const convex_polytope<3>& hull, canvas& on) {
-  on.add(triangle_mesh(hull));
-}
-
 line_batch wireframe(const triangle_batch& mesh, const rgb& color) {
   std::vector<std::pair<int, int>> edges;
   for (const auto corners : mesh.triangles.colwise())

@@ -4,8 +4,9 @@
 export module cilantro.visualization:shapes;
 
 import cilantro.standard;
+import cilantro.eigen;
+import cilantro.core;
 import cilantro.cloud;
-import cilantro.spatial;
 import :canvas;
 import :clouds;
 
@@ -145,12 +146,30 @@ export template <PointsSource P>
           .normals = drawn.normals};
 }
 
-/// The boundary of a convex polytope in space, of one dimension less. Throws `invalid_input` for
-/// one that is empty, flat or unbounded.
-export [[nodiscard]] triangle_batch triangle_mesh(const convex_polytope<3>& hull,
-                                                  const rgb& color = {200, 200, 200});
-/// As that mesh, a convex polytope is drawn.
-export void draw(const convex_polytope<3>& hull, canvas& on);
+/// A set in space whose boundary is triangles of its vertices: a `convex_polytope<3>`, or one of
+/// your own. `simplices()` are `3 × M` indices.
+export template <class H>
+concept TriangulatedHull = requires(const H& hull) {
+  { hull.is_bounded() } -> std::convertible_to<bool>;
+  { hull.affine_dimension() } -> std::convertible_to<index_t>;
+  { hull.vertices() } -> PointsSource;
+  { hull.simplices() } -> std::convertible_to<Eigen::Ref<const Eigen::MatrixXi>>;
+  requires dimension_of<decltype(hull.vertices())> == 3;
+};
+
+/// The boundary of a hull. Throws `invalid_input` for one that is empty, flat or unbounded.
+export template <TriangulatedHull H>
+[[nodiscard]] triangle_batch triangle_mesh(const H& hull, const rgb& color = {200, 200, 200}) {
+  expects(
+      hull.is_bounded() && hull.affine_dimension() == 3,
+      "triangle_mesh: a polytope that is empty, flat or unbounded has no boundary of triangles");
+  return triangle_mesh(hull.vertices(), hull.simplices(), color);
+}
+/// As that mesh, a hull is drawn.
+export template <TriangulatedHull H>
+void draw(const H& hull, canvas& on) {
+  on.add(triangle_mesh(hull));
+}
 
 /// The edges of the triangles of a mesh, each once.
 export [[nodiscard]] line_batch wireframe(const triangle_batch& mesh,

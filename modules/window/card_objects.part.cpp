@@ -82,8 +82,8 @@ class card_object {
   card_object() = default;
   card_object(card_object&& other) noexcept : gl_{other.gl_}, id_{std::exchange(other.id_, 0)} {}
   card_object& operator=(card_object&& other) noexcept {
-    std::swap(gl_, other.gl_);
-    std::swap(id_, other.id_);
+    gl_ = std::exchange(other.gl_, gl_);
+    id_ = std::exchange(other.id_, id_);
     return *this;
   }
   ~card_object() {

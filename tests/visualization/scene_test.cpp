@@ -347,6 +347,32 @@ TEST_CASE("clouds with colours of their own are not lit unless it is wanted") {
   CHECK(is_lit({.color = by_coordinate{0}}));
 }
 
+namespace {
+
+/// A hull of a user's own.
+struct tetrahedron {
+  std::vector<Eigen::Vector3d> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  int dimensions = 3;
+  bool is_bounded() const { return true; }
+  int affine_dimension() const { return dimensions; }
+  const std::vector<Eigen::Vector3d>& vertices() const { return corners; }
+  Eigen::MatrixXi simplices() const {
+    return Eigen::Matrix<int, 3, 4>{{0, 0, 0, 1}, {2, 1, 3, 2}, {1, 3, 2, 3}};
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a hull of one's own is drawn like a polytope, and one of the plane is none") {
+  const tetrahedron hull;
+  const scene all = scene{}.set("own", hull);
+  CHECK(all.layers()[0].content->triangles()[0].triangles.cols() == 4);
+  CHECK(all.bounds().max() == Eigen::Vector3d{1, 1, 1});
+  CHECK_THROWS_AS((void)triangle_mesh(tetrahedron{.dimensions = 2}), invalid_input);
+  static_assert(TriangulatedHull<convex_polytope<3>>);
+  static_assert(!TriangulatedHull<convex_polytope<2>> && !TriangulatedHull<std::vector<double>>);
+}
+
 TEST_CASE("hulls and boxes are drawn as they are") {
   const convex_polytope<3> hull{box{{0, 0, 0}, {1, 2, 3}}};
   const scene all = scene{}.set("hull", hull).set("box", box_lines(box{{0, 0, 0}, {1, 2, 3}}));

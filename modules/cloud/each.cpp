@@ -27,7 +27,7 @@ struct work_ahead::state {
   void run();
 
   const int ahead;
-  const int thread_count = std::min<int>(ahead, std::max(1U, std::thread::hardware_concurrency()));
+  const int thread_count = std::min(ahead, int(std::max(1U, std::thread::hardware_concurrency())));
   const int threads_each = detail::threads_of_part(thread_count);
   const std::function<bool(index_t)> take;
   const std::function<void(index_t)> work;

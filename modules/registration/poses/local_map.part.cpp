@@ -78,7 +78,7 @@ class local_map {
     auto all = crop(append(before, moved), ball{coordinates{place}, radius});
     if (place.norm() > radius) {
       // Small coordinates are rounded little.
-      point_vector<S, D> shift = place.template cast<S>();
+      const point_vector<S, D>& shift = place.template cast<S>();
       all.points.colwise() -= shift;
       origin += shift.template cast<double>();
     }

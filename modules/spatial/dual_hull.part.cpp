@@ -97,29 +97,50 @@ round_view rounded(const half_space_rows& set, const Eigen::VectorXd& inside, do
 
 namespace {
 
-/// The corner nearest to `guess` of the planes that meet there, by least squares.
-Eigen::VectorXd polished(const half_space_rows& set, std::span<const std::int32_t> meeting,
-                         const Eigen::VectorXd& guess, const round_view& view) {
-  double worst = 0, size = guess.cwiseAbs().maxCoeff();
-  for (const auto i : meeting) {
-    worst = std::max(worst, std::abs(set.offsets[i] - set.normals.col(i).dot(guess)));
-    size = std::max(size, std::abs(set.offsets[i]));
+/// The corner of the planes that meet there, by least squares from the middle of the set, so that
+/// Qhull's arithmetic, which rounds otherwise on other machines, is not in it. Planes that are
+/// nearly parallel have none to speak of: then it is `guess`.
+Eigen::VectorXd corner_of(const half_space_rows& set, std::span<const std::int32_t> meeting,
+                          const Eigen::VectorXd& guess, const round_view& view) {
+  double size = view.center.cwiseAbs().maxCoeff();
+  for (const auto i : meeting) size = std::max(size, std::abs(set.offsets[i]));
+  const double small = 4 * epsilon * size;
+  // Three planes in space, as most are, in closed form.
+  if (guess.size() == 3 && meeting.size() == 3) {
+    const Eigen::Vector3d center = view.center, a = set.normals.col(meeting[0]),
+                          b = set.normals.col(meeting[1]), c = set.normals.col(meeting[2]);
+    const Eigen::Vector3d offsets{set.offsets[meeting[0]], set.offsets[meeting[1]],
+                                  set.offsets[meeting[2]]};
+    const Eigen::Vector3d bc = b.cross(c), ca = c.cross(a), ab = a.cross(b);
+    const double volume = a.dot(bc);
+    Eigen::Vector3d place = center;
+    for (int round = 0; round < 4; ++round) {
+      const Eigen::Vector3d errors =
+          offsets - Eigen::Vector3d{a.dot(place), b.dot(place), c.dot(place)};
+      if (errors.cwiseAbs().maxCoeff() <= small) return place;
+      place += (errors[0] * bc + errors[1] * ca + errors[2] * ab) / volume;
+    }
   }
-  if (worst <= 4 * epsilon * size) return guess;
   // In the rounded coordinates, in which the planes are far from parallel.
   Eigen::MatrixXd planes(std::ssize(meeting), guess.size());
-  Eigen::VectorXd errors(planes.rows());
+  Eigen::VectorXd lengths(planes.rows()), errors(planes.rows());
   for (index_t k = 0; k < planes.rows(); ++k) {
-    const auto normal = set.normals.col(meeting[k]);
-    planes.row(k) = (view.axes.transpose() * normal).transpose();
-    const double length = planes.row(k).norm();
-    planes.row(k) /= length;
-    errors[k] = (set.offsets[meeting[k]] - normal.dot(guess)) / length;
+    planes.row(k) = (view.axes.transpose() * set.normals.col(meeting[k])).transpose();
+    lengths[k] = planes.row(k).norm();
+    planes.row(k) /= lengths[k];
   }
-  const Eigen::VectorXd right = planes.transpose() * errors;
-  const Eigen::MatrixXd l = triangle_of(std::move(planes));
+  const Eigen::MatrixXd l = triangle_of(planes);
   if (!(l.diagonal().minCoeff() > 1e-5)) return guess;
-  return guess + view.axes * solve_upper(l, solve_lower(l, right));
+  Eigen::VectorXd place = view.center;
+  // The first round is exact but for rounding, which is the more the sharper the corner.
+  for (int round = 0; round < 4; ++round) {
+    for (index_t k = 0; k < planes.rows(); ++k)
+      errors[k] = set.offsets[meeting[k]] - set.normals.col(meeting[k]).dot(place);
+    if (errors.cwiseAbs().maxCoeff() <= small) break;
+    const Eigen::VectorXd right = planes.transpose() * errors.cwiseQuotient(lengths);
+    place += view.axes * solve_upper(l, solve_lower(l, right));
+  }
+  return place.allFinite() ? place : guess;
 }
 
 }  // namespace
@@ -163,10 +184,11 @@ polytope_shape vertices_and_facets(const half_space_rows& set, const round_view&
         next.meeting.push_back(i);
         offset += normal.dot(dual.col(i)) / double(all.size());
       }
+    std::ranges::sort(next.meeting);
     next.is_ray = next.is_ray || offset < 1e-9;
     next.place = next.is_ray ? Eigen::VectorXd{(view.axes * normal).normalized()}
-                             : polished(set, next.meeting,
-                                        view.center + view.axes * (normal / offset), view);
+                             : corner_of(set, next.meeting,
+                                         view.center + view.axes * (normal / offset), view);
     corners.push_back(std::move(next));
   }
   std::ranges::sort(corners, [](const corner& a, const corner& b) {

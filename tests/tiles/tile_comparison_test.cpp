@@ -21,14 +21,20 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// By all pairs, in double.
+/// By all pairs, in double; in plain arithmetic, which is fast without optimisation, too.
 template <class S>
 std::vector<double> nearest_distances(const point_cloud<S, 3>& from, const point_cloud<S, 3>& to) {
   std::vector<double> all;
+  const Eigen::Matrix3Xd sources = from.points.template cast<double>();
   const Eigen::Matrix3Xd targets = to.points.template cast<double>();
-  for (index_t i = 0; i < from.size(); ++i) {
-    const Eigen::Vector3d p = from.points.col(i).template cast<double>();
-    all.push_back(std::sqrt((targets.colwise() - p).colwise().squaredNorm().minCoeff()));
+  for (const double *p = sources.data(), *end = p + sources.size(); p != end; p += 3) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double *q = targets.data(), *last = q + targets.size(); q != last; q += 3) {
+      const double x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
+      const double squared = x * x + y * y + z * z;
+      if (squared < least) least = squared;
+    }
+    all.push_back(std::sqrt(least));
   }
   return all;
 }

@@ -97,6 +97,26 @@ round_view rounded(const half_space_rows& set, const Eigen::VectorXd& inside, do
 
 namespace {
 
+/// Where three planes in space meet, as most corners do, in closed form; nothing where that comes
+/// no nearer to them than `small`.
+std::optional<Eigen::Vector3d> corner_of_three(const half_space_rows& set,
+                                               std::span<const std::int32_t, 3> meeting,
+                                               Eigen::Vector3d place, double small) {
+  const Eigen::Vector3d a = set.normals.col(meeting[0]), b = set.normals.col(meeting[1]),
+                        c = set.normals.col(meeting[2]);
+  const Eigen::Vector3d offsets{set.offsets[meeting[0]], set.offsets[meeting[1]],
+                                set.offsets[meeting[2]]};
+  const Eigen::Vector3d bc = b.cross(c), ca = c.cross(a), ab = a.cross(b);
+  const double volume = a.dot(bc);
+  for (int round = 0; round < 4; ++round) {
+    const Eigen::Vector3d errors =
+        offsets - Eigen::Vector3d{a.dot(place), b.dot(place), c.dot(place)};
+    if (errors.cwiseAbs().maxCoeff() <= small) return place;
+    place += (errors[0] * bc + errors[1] * ca + errors[2] * ab) / volume;
+  }
+  return {};
+}
+
 /// The corner of the planes that meet there, by least squares from the middle of the set, so that
 /// Qhull's arithmetic, which rounds otherwise on other machines, is not in it. Planes that are
 /// nearly parallel have none to speak of: then it is `guess`.
@@ -105,22 +125,9 @@ Eigen::VectorXd corner_of(const half_space_rows& set, std::span<const std::int32
   double size = view.center.cwiseAbs().maxCoeff();
   for (const auto i : meeting) size = std::max(size, std::abs(set.offsets[i]));
   const double small = 4 * epsilon * size;
-  // Three planes in space, as most are, in closed form.
-  if (guess.size() == 3 && meeting.size() == 3) {
-    const Eigen::Vector3d center = view.center, a = set.normals.col(meeting[0]),
-                          b = set.normals.col(meeting[1]), c = set.normals.col(meeting[2]);
-    const Eigen::Vector3d offsets{set.offsets[meeting[0]], set.offsets[meeting[1]],
-                                  set.offsets[meeting[2]]};
-    const Eigen::Vector3d bc = b.cross(c), ca = c.cross(a), ab = a.cross(b);
-    const double volume = a.dot(bc);
-    Eigen::Vector3d place = center;
-    for (int round = 0; round < 4; ++round) {
-      const Eigen::Vector3d errors =
-          offsets - Eigen::Vector3d{a.dot(place), b.dot(place), c.dot(place)};
-      if (errors.cwiseAbs().maxCoeff() <= small) return place;
-      place += (errors[0] * bc + errors[1] * ca + errors[2] * ab) / volume;
-    }
-  }
+  if (guess.size() == 3 && meeting.size() == 3)
+    if (const auto place = corner_of_three(set, meeting.first<3>(), view.center, small))
+      return *place;
   // In the rounded coordinates, in which the planes are far from parallel.
   Eigen::MatrixXd planes(std::ssize(meeting), guess.size());
   Eigen::VectorXd lengths(planes.rows()), errors(planes.rows());

@@ -119,33 +119,35 @@ std::optional<Eigen::Vector3d> corner_of_three(const half_space_rows& set,
 
 /// The corner of the planes that meet there, by least squares from the middle of the set, so that
 /// Qhull's arithmetic, which rounds otherwise on other machines, is not in it. Planes that are
-/// nearly parallel have none to speak of: then it is `guess`.
+/// parallel but for rounding have none to speak of: then it is `guess`.
 Eigen::VectorXd corner_of(const half_space_rows& set, std::span<const std::int32_t> meeting,
                           const Eigen::VectorXd& guess, const round_view& view) {
+  const index_t d = guess.size();
   double size = view.center.cwiseAbs().maxCoeff();
   for (const auto i : meeting) size = std::max(size, std::abs(set.offsets[i]));
   const double small = 4 * epsilon * size;
-  if (guess.size() == 3 && meeting.size() == 3)
+  if (d == 3 && meeting.size() == 3)
     if (const auto place = corner_of_three(set, meeting.first<3>(), view.center, small))
       return *place;
-  // In the rounded coordinates, in which the planes are far from parallel.
-  Eigen::MatrixXd planes(std::ssize(meeting), guess.size());
+  // In the rounded coordinates, in which most planes are far from parallel. The errors are a column
+  // of their own, orthogonalised with the others, which bears planes that are not.
+  Eigen::MatrixXd planes(std::ssize(meeting), d + 1);
   Eigen::VectorXd lengths(planes.rows()), errors(planes.rows());
   for (index_t k = 0; k < planes.rows(); ++k) {
-    planes.row(k) = (view.axes.transpose() * set.normals.col(meeting[k])).transpose();
-    lengths[k] = planes.row(k).norm();
-    planes.row(k) /= lengths[k];
+    planes.row(k).head(d) = (view.axes.transpose() * set.normals.col(meeting[k])).transpose();
+    lengths[k] = planes.row(k).head(d).norm();
+    planes.row(k).head(d) /= lengths[k];
   }
-  const Eigen::MatrixXd l = triangle_of(planes);
-  if (!(l.diagonal().minCoeff() > 1e-5)) return guess;
   Eigen::VectorXd place = view.center;
   // The first round is exact but for rounding, which is the more the sharper the corner.
   for (int round = 0; round < 4; ++round) {
     for (index_t k = 0; k < planes.rows(); ++k)
       errors[k] = set.offsets[meeting[k]] - set.normals.col(meeting[k]).dot(place);
     if (errors.cwiseAbs().maxCoeff() <= small) break;
-    const Eigen::VectorXd right = planes.transpose() * errors.cwiseQuotient(lengths);
-    place += view.axes * solve_upper(l, solve_lower(l, right));
+    planes.col(d) = errors.cwiseQuotient(lengths);
+    const Eigen::MatrixXd l = triangle_of(planes);
+    if (!(l.diagonal().head(d).minCoeff() > 1e-12)) return guess;
+    place += view.axes * solve_upper(l.topLeftCorner(d, d), l.row(d).head(d).transpose());
   }
   return place.allFinite() ? place : guess;
 }

@@ -158,10 +158,12 @@ class byte_stream {
 
  private:
   static constexpr std::size_t piece = std::size_t{1} << 18;
+  /// Whoever looks at a header, or at a few points, does not want a whole piece.
+  static constexpr std::size_t first_piece = std::size_t{1} << 13;
 
   char first_line_end() {
     for (std::size_t looked_at = 0, before = 0;;) {
-      const auto all = peek(looked_at + piece);
+      const auto all = peek(looked_at + first_piece);
       const auto at = all.find_first_of("\r\n", looked_at);
       // One more byte tells whether a newline follows.
       if (at != all.npos && (all[at] == '\n' || at + 1 < all.size() || all.size() == remaining()))
@@ -178,9 +180,7 @@ class byte_stream {
     std::copy(room_.data() + begin_, room_.data() + end_, room_.data());
     end_ -= begin_;
     begin_ = 0;
-    // Lines may be long; growing by factors keeps reading one of them linear. Whoever looks at a
-    // header, or at a few points, does not want a whole piece.
-    constexpr std::size_t first_piece = std::size_t{1} << 13;
+    // Lines may be long; growing by factors keeps reading one of them linear.
     const std::size_t enough = std::min(piece, std::max(first_piece, 4 * room_.size()));
     if (room_.size() < std::max(count, enough))
       room_.resize(std::max({enough, count, count > piece ? 2 * room_.size() : 0}));

@@ -13,6 +13,7 @@ export import cilantro.io;
 export import cilantro.tiles;
 export import cilantro.features;
 export import cilantro.registration;
+export import cilantro.warp;
 export import cilantro.clustering;
 export import cilantro.consensus;
 export import cilantro.spatial;

@@ -17,7 +17,7 @@ from reference import Reference, first_sentence  # noqa: E402
 GUIDE = ["install", "coming-from", "core", "search", "geometry", "cloud", "pipelines", "ranges", "io", "files", "registration",
          "global-registration", "many-scans", "warp", "clustering", "consensus", "spatial", "embedding", "scale", "visualization", "windows", "determinism", "performance"]
 # Areas whose page has another name than the module that it is about.
-MODULE_OF = {"pipelines": "cloud", "ranges": "cloud", "files": "io", "warp": "registration",
+MODULE_OF = {"pipelines": "cloud", "ranges": "cloud", "files": "io",
              "global-registration": "registration", "many-scans": "registration", "scale": "tiles",
              "windows": "window"}
 

@@ -11,7 +11,7 @@ import sys
 # A module imports modules of lower floors only.
 FLOORS = {"standard": 0, "eigen": 0, "core": 1, "numeric": 2, "search": 2, "geometry": 3, "cloud": 4,
           "consensus": 4, "clustering": 4, "spatial": 4, "embedding": 4, "features": 4, "io": 5, "registration": 5,
-          "tiles": 6, "visualization": 6, "mpi": 6, "window": 7}
+          "warp": 6, "tiles": 6, "visualization": 6, "mpi": 6, "window": 7}
 # Interfaces that read headers, and what they may read; all others import.
 HEADER_WRAPPERS = {"eigen.cppm": r"Eigen/\w+|arm_neon\.h", "standard.cppm": r"[a-z_]+"}
 # What an interface may include: the seam to a plain unit, and macros, which a module cannot export.

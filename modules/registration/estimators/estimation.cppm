@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What the estimators share: the surfaces, and how sums over their pairs are turned into a step.
-// Internal.
+// What the estimators of the library share: the surfaces, and how sums over their pairs are turned
+// into a step.
 export module cilantro.registration:estimation;
 
 import cilantro.standard;
@@ -14,7 +14,7 @@ import :normal_equations;
 namespace cilantro {
 
 /// Points of any kind with their normals, in the dimension that the library is compiled for.
-template <Scalar S, int C, PointsSource P>
+export template <Scalar S, int C, PointsSource P>
 [[nodiscard]] oriented_points_view<S, C> oriented(const P& points) {
   return oriented_points_view<S, C>{points_view<S, C>{points_in(points)},
                                     points_view<S, C>{normals_in(points)}};
@@ -24,7 +24,7 @@ template <Scalar S, int C, PointsSource P>
 inline constexpr index_t most_dimensions = 32;
 
 /// The two surfaces of a registration, and what is computed once for them.
-template <Scalar S, int D>
+export template <Scalar S, int D>
 struct registered_surfaces {
   oriented_points_view<S, D> target, source;
   index_t dimension = 0;
@@ -61,7 +61,7 @@ struct registered_surfaces {
 
 /// Throws `invalid_input` unless all pairs are of points of these surfaces: a searcher may have
 /// been made of others.
-template <Scalar S, int D>
+export template <Scalar S, int D>
 void expect_pairs_of(const registered_surfaces<S, D>& surfaces,
                      std::span<const correspondence<S>> pairs) {
   std::uint32_t last_source = 0, last_target = 0;  // What is negative is large.
@@ -96,7 +96,7 @@ template <Scalar S, std::size_t N>
 }
 
 /// What is counted and summed of the pairs, whatever the dimension.
-struct pair_totals {
+export struct pair_totals {
   index_t pairs = 0;
   double weight = 0;
   /// The weights, times the largest squared gradient of each pair: less than its weight for a

@@ -47,12 +47,12 @@ concept ResidualTerm =
       { term(pair, emit) } -> std::same_as<void>;
     };
 
-template <class T>
+export template <class T>
 inline constexpr bool needs_source_normals = false;
 template <class T>
   requires requires { T::needs_source_normals; }
 inline constexpr bool needs_source_normals<T> = T::needs_source_normals;
-template <class T>
+export template <class T>
 inline constexpr bool needs_target_normals = false;
 template <class T>
   requires requires { T::needs_target_normals; }
@@ -186,7 +186,7 @@ template <class T>
 inline constexpr bool is_weighted = false;
 template <class T, class P, class K>
 inline constexpr bool is_weighted<weighted_term<T, P, K>> = true;
-template <class T>
+export template <class T>
 inline constexpr bool is_combined = false;
 template <class... T>
 inline constexpr bool is_combined<combined_metric<T...>> = true;
@@ -215,7 +215,7 @@ void with_weights(const Metric& metric, F&& f) {
 }
 
 /// The same for each term of a metric.
-template <class Metric, class F>
+export template <class Metric, class F>
 void with_terms(const Metric& metric, F&& f) {
   if constexpr (is_combined<Metric>)
     [&]<std::size_t... I>(std::index_sequence<I...>) {
@@ -226,7 +226,7 @@ void with_terms(const Metric& metric, F&& f) {
 }
 
 /// The pair of a moved point and its partner. `moved_normal()` is called if it is needed.
-template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class F>
+export template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class F>
 [[nodiscard]] matched_pair<D> pair_at(const point_vector<double, D>& moved,
                                       const oriented_points_view<S, D>& target, index_t s,
                                       index_t t, F&& moved_normal) {
@@ -324,14 +324,14 @@ pair_matcher(const Metric&, const M&, P&&, T&&)
     -> pair_matcher<Metric, M, scalar_of<P>, dimension_of<P>>;
 
 /// Throws `invalid_input` for a weight that is negative or NaN.
-inline void expect_weight(double weight) {
+export inline void expect_weight(double weight) {
   if (!(weight >= 0))
     throw invalid_input{"registration: a pair has the weight " + in_digits(weight) +
                         ", from its term, its pair weight or its robust kernel"};
 }
 
 /// The length of a term's residual for a pair, by which its kernel weights it.
-template <int D, class Term>
+export template <int D, class Term>
 [[nodiscard]] double residual_length(const Term& term, const matched_pair<D>& pair) {
   double square = 0;
   term(pair, [&](double value, const auto&...) { square += value * value; });

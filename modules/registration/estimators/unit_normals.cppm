@@ -9,7 +9,7 @@ namespace cilantro {
 /// Throws `invalid_input`, naming the set, if a normal does not have unit length, to one part in a
 /// hundred: residuals along it would be in another unit. Normals that are zero or not finite are
 /// unknown, and allowed.
-template <Scalar S, int D>
+export template <Scalar S, int D>
 void expect_unit_length(points_view<S, D> normals, const char* whose) {
   for (index_t i = 0; i < normals.size(); ++i) {
     const double square = normals[i].template cast<double>().squaredNorm();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "registration/kernels/row_products.hpp"
+#include "warp/kernels/row_products.hpp"
 
 #include "core/vectors.hpp"
 

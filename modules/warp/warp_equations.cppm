@@ -2,13 +2,13 @@
 //
 // Normal equations of the motions of many nodes, whatever moves them and whatever is minimised.
 // Internal.
-export module cilantro.registration:warp_equations;
+export module cilantro.warp:warp_equations;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.numeric;
 import cilantro.search;
-import :estimation;
+import cilantro.registration;
 
 namespace cilantro {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "registration/kernels/move_by_anchors.hpp"
+#include "warp/kernels/move_by_anchors.hpp"
 
 #include "core/vectors.hpp"
 

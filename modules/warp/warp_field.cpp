@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 module;
 #include "core/closed_spaces.hpp"
-#include "registration/kernels/move_by_anchors.hpp"
-module cilantro.registration;
+#include "warp/kernels/move_by_anchors.hpp"
+module cilantro.warp;
 
 namespace cilantro {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 module;
 #include "core/closed_spaces.hpp"
-export module cilantro.registration:warp_field;
+export module cilantro.warp:warp_field;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.cloud;
+import cilantro.registration;
 import :deformation_graph;
-import :motion;
 
 namespace cilantro {
 

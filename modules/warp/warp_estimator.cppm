@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: MIT
-export module cilantro.registration:warp_estimator;
+export module cilantro.warp:warp_estimator;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import :concepts;
-import :correspondence;
+import cilantro.registration;
 import :deformation_graph;
-import :estimation;
-import :motion;
-import :residual;
-import :unit_normals;
 import :warp_engine;
 import :warp_equations;
 import :warp_field;

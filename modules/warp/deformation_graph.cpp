@@ -3,7 +3,7 @@ module;
 #include <queue>
 
 #include "core/closed_spaces.hpp"
-module cilantro.registration;
+module cilantro.warp;
 
 namespace cilantro {
 namespace {

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: MIT
 module;
 #include "core/closed_spaces.hpp"
-export module cilantro.registration:align_non_rigid;
+export module cilantro.warp:align_non_rigid;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import :concepts;
-import :correspondence;
+import cilantro.registration;
 import :deformation_graph;
-import :estimation;
-import :icp;
-import :motion;
 import :warp_engine;
 import :warp_field;
 

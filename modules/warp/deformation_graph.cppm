@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include "core/closed_spaces.hpp"
-export module cilantro.registration:deformation_graph;
+export module cilantro.warp:deformation_graph;
 
 import cilantro.standard;
 import cilantro.core;

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 module;
 #include "core/closed_spaces.hpp"
-export module cilantro.registration:warp_engine;
+export module cilantro.warp:warp_engine;
 
 import cilantro.standard;
 import cilantro.core;
 import cilantro.search;
-import :concepts;
+import cilantro.registration;
 import :deformation_graph;
-import :motion;
-import :residual;
 import :warp_equations;
 import :warp_field;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
-#include "registration/kernels/row_products.hpp"
-module cilantro.registration;
+#include "warp/kernels/row_products.hpp"
+module cilantro.warp;
 
 import cilantro.numeric;
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 module;
 #include "core/closed_spaces.hpp"
-module cilantro.registration;
+module cilantro.warp;
 
 namespace cilantro {
 namespace {

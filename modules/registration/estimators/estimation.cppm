@@ -26,12 +26,14 @@ inline constexpr index_t most_dimensions = 32;
 /// The two surfaces of a registration, and what is computed once for them.
 export template <Scalar S, int D>
 struct registered_surfaces {
-  oriented_points_view<S, D> target, source;
-  index_t dimension = 0;
-  index_t finite_sources = 0, non_finite = 0;
+  oriented_points_view<S, D> target, source;  ///< Viewed.
+  index_t dimension = 0;                      ///< Of either that is not empty.
+  index_t finite_sources = 0;                 ///< How many points of the source are finite.
+  index_t non_finite = 0;                     ///< How many points of both are not.
   /// The centre of the target: sums around it lose little to rounding.
   point_vector<double, D> center;
 
+  /// Throws `invalid_input` for sets of different dimension, and for more than 32 dimensions.
   registered_surfaces(const oriented_points_view<S, D>& onto,
                       const oriented_points_view<S, D>& moving)
       : target{onto}, source{moving} {
@@ -54,6 +56,7 @@ struct registered_surfaces {
     finite_sources = source.points.size() - count_non_finite(source.points);
     non_finite = source.points.size() - finite_sources + target.points.size() - finite_targets;
   }
+  /// The share of the finite source points that are paired.
   [[nodiscard]] double overlap(index_t paired_sources) const {
     return finite_sources > 0 ? double(paired_sources) / double(finite_sources) : 0;
   }
@@ -97,12 +100,13 @@ template <Scalar S, std::size_t N>
 
 /// What is counted and summed of the pairs, whatever the dimension.
 export struct pair_totals {
-  index_t pairs = 0;
-  double weight = 0;
+  index_t pairs = 0;  ///< How many.
+  double weight = 0;  ///< The sum of their weights.
   /// The weights, times the largest squared gradient of each pair: less than its weight for a
   /// metric that trusts some pairs less.
   double seen = 0;
-  double squared_residual = 0, squared_distance = 0;
+  double squared_residual = 0;  ///< The sum of the squared residuals, times the weights.
+  double squared_distance = 0;  ///< The sum of the squared distances of the pairs, unweighted.
 
   pair_totals& operator+=(const pair_totals& other) {
     pairs += other.pairs;

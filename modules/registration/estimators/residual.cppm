@@ -47,11 +47,13 @@ concept ResidualTerm =
       { term(pair, emit) } -> std::same_as<void>;
     };
 
+/// Whether a metric uses the normals of the source.
 export template <class T>
 inline constexpr bool needs_source_normals = false;
 template <class T>
   requires requires { T::needs_source_normals; }
 inline constexpr bool needs_source_normals<T> = T::needs_source_normals;
+/// Whether a metric uses the normals of the target.
 export template <class T>
 inline constexpr bool needs_target_normals = false;
 template <class T>
@@ -186,6 +188,7 @@ template <class T>
 inline constexpr bool is_weighted = false;
 template <class T, class P, class K>
 inline constexpr bool is_weighted<weighted_term<T, P, K>> = true;
+/// Whether a metric is a `combined_metric`.
 export template <class T>
 inline constexpr bool is_combined = false;
 template <class... T>

@@ -33,14 +33,15 @@ struct nearest_neighbor_memory {
   std::vector<char> is_wanted;  ///< Which targets are searched for, unless all are.
 };
 
-/// Compiled in the library.
-template <Scalar S, int D>
+/// What `nearest_neighbor_searcher` searches with, in a dimension that the library is compiled for.
+export template <Scalar S, int D>
 class nearest_neighbor_engine {
  public:
   /// `same_target`: another engine of this target, whose tree of it is shared.
   nearest_neighbor_engine(points_view<S, D> source, points_view<S, D> target,
                           const correspondence_options& options, const task_monitor& monitor,
                           const nearest_neighbor_engine* same_target = nullptr);
+  /// As its options say.
   [[nodiscard]] int threads() const { return options_.threads; }
   /// `is_rigid`: whether the type of the transform is a rigid one.
   void find(const affine_parts<S, D>& transform, bool is_rigid, nearest_neighbor_memory<S>& memory,

@@ -81,8 +81,8 @@ class warp_estimator {
             "warp_estimator: the metric needs normals of the target; estimate them first");
     expects(!needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
             "warp_estimator: the metric needs normals of the source; estimate them first");
-    if constexpr (needs_target_normals<Metric>) expect_unit_length(t.normals, "target");
-    if constexpr (needs_source_normals<Metric>) expect_unit_length(s.normals, "source");
+    if constexpr (needs_target_normals<Metric>) expect_unit_normals(t.normals, "target");
+    if constexpr (needs_source_normals<Metric>) expect_unit_normals(s.normals, "source");
     expect_weights();
     engine_ = std::make_shared<const engine>(graph_.shared_data(), std::move(motion), options);
   }

@@ -150,7 +150,7 @@ TEST_CASE_TEMPLATE("a mean of points in a square that has none itself is not los
   check_same((open_tiles<S>(folder / "corner.ply", {.edge = 10}) | voxel_downsample(4)).read(),
              voxel_downsample(corner, 4));
   // Squares that are smaller than a voxel.
-  write_ply(terrain<S>(400), folder / "few.ply");
+  write_ply(terrain<S>(150), folder / "few.ply");
   const auto few = read_ply<S>(folder / "few.ply");
   const auto coarse = voxel_downsample(4) | estimate_normals(knn{3}) | voxel_downsample(7);
   for (const double edge : {0.5, 2.0, 10.0}) {

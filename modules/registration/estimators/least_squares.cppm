@@ -215,8 +215,8 @@ class least_squares_estimator {
             "least_squares_estimator: the metric needs normals of the target; estimate them first");
     expects(!needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
             "least_squares_estimator: the metric needs normals of the source; estimate them first");
-    if constexpr (needs_target_normals<Metric>) expect_unit_length(t.normals, "target");
-    if constexpr (needs_source_normals<Metric>) expect_unit_length(s.normals, "source");
+    if constexpr (needs_target_normals<Metric>) expect_unit_normals(t.normals, "target");
+    if constexpr (needs_source_normals<Metric>) expect_unit_normals(s.normals, "source");
     with_terms(metric_, [&](const auto& term, double weight, const auto& by, const auto&) {
       expect_between(0, weight, std::numeric_limits<double>::max(),
                      "least_squares_estimator: the weight of a term");

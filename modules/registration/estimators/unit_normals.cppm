@@ -10,7 +10,7 @@ namespace cilantro {
 /// hundred: residuals along it would be in another unit. Normals that are zero or not finite are
 /// unknown, and allowed.
 export template <Scalar S, int D>
-void expect_unit_length(points_view<S, D> normals, const char* whose) {
+void expect_unit_normals(points_view<S, D> normals, const char* whose) {
   for (index_t i = 0; i < normals.size(); ++i) {
     const double square = normals[i].template cast<double>().squaredNorm();
     if (square != 0 && std::isfinite(square) && !(square > 0.98 && square < 1.02))

@@ -132,10 +132,14 @@ run_case() {
     # What reads, writes and filters clouds, without registration, tiles and the like.
     areas/within)
       configure $projects -DCILANTRO_SOURCE="$source" -DCILANTRO_AREAS=io
-      if ninja -C "$build" -t inputs cilantro/libcilantro.a | grep -E 'modules/(registration|tiles|spatial)/'; then return 1; fi
+      ninja -C "$build" -t inputs cilantro/libcilantro.a > "$build/inputs"
+      grep -q modules/io/ "$build/inputs"
+      if grep -E 'modules/(registration|warp|features|tiles|spatial|clustering|consensus|embedding)/' "$build/inputs"; then return 1; fi
       cmake --build "$build" --target import_only
       "$build/import_only" "$build/cloud.ply"
-      refuse -DCILANTRO_SOURCE="$source" -DCILANTRO_AREAS=tile 'CILANTRO_AREAS names tile, which is no area of cilantro' ;;
+      refuse -DCILANTRO_SOURCE="$source" -DCILANTRO_AREAS=tile 'CILANTRO_AREAS names tile, which is no area of cilantro'
+      refuse -DCILANTRO_SOURCE="$source" "-DCILANTRO_AREAS=all;io" 'CILANTRO_AREAS names all beside others'
+      refuse -DCILANTRO_SOURCE="$source" -DCILANTRO_AREAS=window 'CILANTRO_AREAS names window, which is a component' ;;
     fetch/within) project $projects/fetch -DCILANTRO_SOURCE="$source" && "$build/program" ;;
     shared/within) within -DBUILD_SHARED_LIBS=ON ;;
     march_native/within) within -DCMAKE_CXX_FLAGS=-march=native ;;

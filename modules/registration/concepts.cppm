@@ -138,7 +138,7 @@ void find_with_memory(const S& searcher, const T& transform, repeated_memory<S>&
 /// `weighted_rows` evaluate the library's metrics for those. Optional: a default-constructible type
 /// `memory`, and `estimate(current, pairs, memory)`, which gives the same result, faster, with the
 /// help of what earlier calls have left in `memory`.
-/// Models: `point_to_point_estimator`, `least_squares_estimator`, `warp_estimator`;
+/// Models: `point_to_point_estimator`, `least_squares_estimator`; `warp_estimator` of `cilantro.warp`;
 /// `check_transform_estimator` tests yours.
 export template <class E, class Pairs>
 concept TransformEstimator = requires {

@@ -146,8 +146,13 @@ export template <PointsSource P>
           .normals = drawn.normals};
 }
 
-/// A set in space whose boundary is triangles of its vertices: a `convex_polytope<3>`, or one of
-/// your own. `simplices()` are `3 × M` indices.
+/// A set in space whose boundary is triangles of its vertices.
+///
+/// Semantics: `vertices()` are points of three dimensions at compile time; `simplices()` are `3 ×
+/// M` indices of them, of type `int`, turned to either side. What is not bounded, or whose
+/// `affine_dimension()` is not 3, has no such boundary: `triangle_mesh` and `draw` throw
+/// `invalid_input`. Models: `convex_polytope<S, 3>`, or one of yours:
+/// `static_assert(TriangulatedHull<my_hull>)` names what is missing.
 export template <class H>
 concept TriangulatedHull = requires(const H& hull) {
   { hull.is_bounded() } -> std::convertible_to<bool>;
@@ -165,8 +170,9 @@ export template <TriangulatedHull H>
       "triangle_mesh: a polytope that is empty, flat or unbounded has no boundary of triangles");
   return triangle_mesh(hull.vertices(), hull.simplices(), color);
 }
-/// As that mesh, a hull is drawn.
+/// As that mesh, a hull is drawn; one that is a set of points, too, as points.
 export template <TriangulatedHull H>
+  requires(!PointsSource<H>)
 void draw(const H& hull, canvas& on) {
   on.add(triangle_mesh(hull));
 }

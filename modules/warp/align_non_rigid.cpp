@@ -108,7 +108,7 @@ template <Scalar S, int D>
 struct non_rigid_searcher {
   using memory = nearest_neighbor_memory<S>;
 
-  const nearest_neighbor_engine<S, D>* nearest;
+  const detail::nearest_neighbor_engine<S, D>* nearest;
   points_view<S, D> source;
   const correspondences<S>* landmarks;
   S limit;
@@ -136,7 +136,7 @@ template <Scalar S, int D>
 struct non_rigid_stage {
   moving_points<S, D> moving;
   deformation_graph<S, D> graph;
-  std::optional<nearest_neighbor_engine<S, D>> nearest;
+  std::optional<detail::nearest_neighbor_engine<S, D>> nearest;
   nearest_neighbor_memory<S> nearest_memory;
   warp_memory estimator_memory;
 };

@@ -115,8 +115,8 @@ export template <MotionModel Motion = rigid_motion, PointsSource A, PointsSource
   using S = scalar_of<A>;
   constexpr int D = dimension_of<A>, C = closed_dimension<D>;
   expect_same_origin(source, target, "align_non_rigid");
-  auto found =
-      align_non_rigid_closed<Motion, S, C>(oriented<S, C>(source), oriented<S, C>(target), options);
+  auto found = align_non_rigid_closed<Motion, S, C>(detail::oriented<S, C>(source),
+                                                    detail::oriented<S, C>(target), options);
   non_rigid_result<S, D, Motion> result;
   static_cast<alignment_fit&>(result) = std::move(static_cast<alignment_fit&>(found));
   result.transform = warp_field<S, D, Motion>{deformation_graph<S, D>{std::move(found.graph)}};

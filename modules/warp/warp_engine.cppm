@@ -140,7 +140,7 @@ class warp_engine {
 
   /// What is made small, and what that is made of.
   struct assessment {
-    pair_totals totals;
+    detail::pair_totals totals;
     double energy = 0;        ///< Of residuals and regulariser, not divided.
     double disagreement = 0;  ///< The part of the regulariser.
     index_list unsupported_nodes;
@@ -232,7 +232,7 @@ void warp_engine<S, D, Motion>::write_link(const motions_type& motions, index_t 
     const vector rest =
         options_.regularizer == warp_regularizer::shape ? disagreement(motions, from, to) : none;
     const double weight = link_weight_ * options_.smoothness(rest.norm());
-    expect_weight(weight);
+    detail::expect_weight(weight);
     (is_forward ? weights.forward : weights.backward)[link] = weight;
     if (weight == 0) continue;
     const double scale = std::sqrt(weight);

@@ -113,7 +113,7 @@ const warp_sums& warp_equations::sum(const std::function<void(index_t, row_buffe
   gradient.resize(static_cast<std::size_t>(gradient_.offsets.back() * u));
   struct partial {
     double energy = 0;
-    pair_totals totals;
+    detail::pair_totals totals;
   };
   std::vector<partial> partials(static_cast<std::size_t>(groups));
   sums.energy = 0;

@@ -42,7 +42,7 @@ class row_buffer {
   [[nodiscard]] const double* rows() const { return rows_.data(); }
   [[nodiscard]] const double* values() const { return values_.data(); }
 
-  pair_totals totals;  ///< Of the pairs that the rows are of.
+  detail::pair_totals totals;  ///< Of the pairs that the rows are of.
 
  private:
   index_t unknowns_ = 0, width_ = 0, count_ = 0;
@@ -54,7 +54,7 @@ struct warp_sums {
   std::vector<double> blocks;  ///< In the order of the solver's pattern.
   std::vector<double> gradient;
   double energy = 0;  ///< The sum of the squared values.
-  pair_totals totals;
+  detail::pair_totals totals;
   std::vector<char> has_rows;  ///< For each list.
 };
 

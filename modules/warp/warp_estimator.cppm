@@ -35,12 +35,12 @@ template <int D, class Term, class Pairs, class Kernel>
                                     const matched_pair<D>& pair, double distance) {
   weight *= double(evaluate_pair<double>(by, pair.source_index, pair.target_index, distance));
   if (weight != 0 && (!std::same_as<Kernel, unit_weight> || more)) {
-    const double length = residual_length(term, pair);
+    const double length = detail::residual_length(term, pair);
     if (!std::isfinite(length)) return 0;
     weight *= double(evaluate_pair<double>(robust, pair.source_index, pair.target_index, length)) *
               more(length);
   }
-  expect_weight(weight);
+  detail::expect_weight(weight);
   return weight;
 }
 
@@ -70,19 +70,21 @@ class warp_estimator {
   warp_estimator(P&& source, T&& target, deformation_graph<S, D> graph, Metric metric = {},
                  const warp_options& options = {}, Motion motion = {})
       : graph_{std::move(graph)},
-        surfaces_{oriented<S, C>(target), oriented<S, C>(source)},
+        surfaces_{detail::oriented<S, C>(target), detail::oriented<S, C>(source)},
         metric_{std::move(metric)} {
     expect_same_origin(source, target, "warp_estimator");
     const auto& s = surfaces_.source;
     const auto& t = surfaces_.target;
     expects(graph_.is_of(points_in(source)),
             "warp_estimator: the graph is of other points than the source");
-    expects(!needs_target_normals<Metric> || t.has_normals() || t.points.empty(),
+    expects(!detail::needs_target_normals<Metric> || t.has_normals() || t.points.empty(),
             "warp_estimator: the metric needs normals of the target; estimate them first");
-    expects(!needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
+    expects(!detail::needs_source_normals<Metric> || s.has_normals() || s.points.empty(),
             "warp_estimator: the metric needs normals of the source; estimate them first");
-    if constexpr (needs_target_normals<Metric>) expect_unit_normals(t.normals, "target");
-    if constexpr (needs_source_normals<Metric>) expect_unit_normals(s.normals, "source");
+    if constexpr (detail::needs_target_normals<Metric>)
+      detail::expect_unit_normals(t.normals, "target");
+    if constexpr (detail::needs_source_normals<Metric>)
+      detail::expect_unit_normals(s.normals, "source");
     expect_weights();
     engine_ = std::make_shared<const engine>(graph_.shared_data(), std::move(motion), options);
   }
@@ -121,20 +123,20 @@ class warp_estimator {
   }
   /// As above, with separate pairs for each term of a combined metric.
   template <std::size_t N>
-    requires(is_combined<Metric>)
+    requires(detail::is_combined<Metric>)
   [[nodiscard]] warp_energy assess(const transform_type& current,
                                    const std::array<correspondences<S>, N>& pairs) const {
     return assess_all(current, spans_of(pairs));
   }
   template <std::size_t N>
-    requires(is_combined<Metric>)
+    requires(detail::is_combined<Metric>)
   [[nodiscard]] registration_step<transform_type> estimate(
       const transform_type& current, const std::array<correspondences<S>, N>& pairs) const {
     memory fresh;
     return estimate(current, pairs, fresh);
   }
   template <std::size_t N>
-    requires(is_combined<Metric>)
+    requires(detail::is_combined<Metric>)
   [[nodiscard]] registration_step<transform_type> estimate(
       const transform_type& current, const std::array<correspondences<S>, N>& pairs,
       memory& known) const {
@@ -147,14 +149,14 @@ class warp_estimator {
   using vector = point_vector<double, C>;
 
   static constexpr std::size_t terms() {
-    if constexpr (is_combined<Metric>)
+    if constexpr (detail::is_combined<Metric>)
       return Metric::size;
     else
       return 1;
   }
 
   void expect_weights() const {
-    with_terms(metric_, [&](const auto& term, double weight, const auto& by, const auto&) {
+    detail::with_terms(metric_, [&](const auto& term, double weight, const auto& by, const auto&) {
       expect_between(0, weight, std::numeric_limits<double>::max(),
                      "warp_estimator: the weight of a term");
       expect_sizes(term, surfaces_.source.points.size(), surfaces_.target.points.size(),
@@ -176,15 +178,17 @@ class warp_estimator {
   template <std::size_t Lists, class F>
   void for_terms(std::size_t l, F&& f) const {
     std::size_t number = 0;
-    with_terms(metric_, [&](const auto& term, double weight, const auto& by, const auto& robust) {
-      if (Lists == 1 || number == l) f(number, term, weight, by, robust);
-      ++number;
-    });
+    detail::with_terms(metric_,
+                       [&](const auto& term, double weight, const auto& by, const auto& robust) {
+                         if (Lists == 1 || number == l) f(number, term, weight, by, robust);
+                         ++number;
+                       });
   }
 
   [[nodiscard]] matched_pair<C> pair_of(const node_motions<C>& motions, index_t group,
                                         const vector& place, std::int32_t s, index_t t) const {
-    return pair_at<needs_source_normals<Metric>, needs_target_normals<Metric>>(
+    return detail::pair_at<detail::needs_source_normals<Metric>,
+                           detail::needs_target_normals<Metric>>(
         place, surfaces_.target, s, t, [&] {
           const auto& graph = engine_->graph();
           const auto nodes = graph.anchors_of(group);
@@ -221,7 +225,7 @@ class warp_estimator {
     known.places.resize(static_cast<std::size_t>(sources * surfaces_.dimension));
     step_pairs<Lists> pairs{{}, known};
     for (std::size_t l = 0; l < Lists; ++l) {
-      expect_pairs_of(surfaces_, all[l]);
+      detail::expect_pairs_of(surfaces_, all[l]);
       expects(std::ranges::is_sorted(all[l], {}, &correspondence<S>::source),
               "warp_estimator: pairs must be in the order of their source points");
       pairs.lists[l] = index_by_source(all[l], sources, known.first[l]);
@@ -383,7 +387,7 @@ class warp_estimator {
   }
 
   deformation_graph<S, D> graph_;
-  registered_surfaces<S, C> surfaces_;
+  detail::registered_surfaces<S, C> surfaces_;
   Metric metric_;
   std::shared_ptr<const engine> engine_;
 };

@@ -13,6 +13,7 @@ import :normal_equations;
 
 namespace cilantro {
 
+namespace detail {
 /// Points of any kind with their normals, in the dimension that the library is compiled for.
 export template <Scalar S, int C, PointsSource P>
 [[nodiscard]] oriented_points_view<S, C> oriented(const P& points) {
@@ -77,6 +78,10 @@ void expect_pairs_of(const registered_surfaces<S, D>& surfaces,
           "registration: a pair is not of the points of the estimator; searcher and estimator must "
           "have the same source and target");
 }
+}  // namespace detail
+using detail::expect_pairs_of;
+using detail::oriented;
+using detail::registered_surfaces;
 
 /// The number of different source points in the pairs, which must be in order of source.
 template <Scalar S>
@@ -98,6 +103,7 @@ template <Scalar S, std::size_t N>
   return count;
 }
 
+namespace detail {
 /// What is counted and summed of the pairs, whatever the dimension.
 export struct pair_totals {
   index_t pairs = 0;  ///< How many.
@@ -117,6 +123,8 @@ export struct pair_totals {
     return *this;
   }
 };
+}  // namespace detail
+using detail::pair_totals;
 
 /// The weighted sums that all estimators need, around the centre of the target.
 template <int D>

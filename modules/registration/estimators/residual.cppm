@@ -47,6 +47,7 @@ concept ResidualTerm =
       { term(pair, emit) } -> std::same_as<void>;
     };
 
+namespace detail {
 /// Whether a metric uses the normals of the source.
 export template <class T>
 inline constexpr bool needs_source_normals = false;
@@ -59,6 +60,9 @@ inline constexpr bool needs_target_normals = false;
 template <class T>
   requires requires { T::needs_target_normals; }
 inline constexpr bool needs_target_normals<T> = T::needs_target_normals;
+}  // namespace detail
+using detail::needs_source_normals;
+using detail::needs_target_normals;
 
 /// The vector from the target point to the moved source point: one row per coordinate.
 /// Source: Besl & McKay 1992, "A method for registration of 3-D shapes".
@@ -188,11 +192,14 @@ template <class T>
 inline constexpr bool is_weighted = false;
 template <class T, class P, class K>
 inline constexpr bool is_weighted<weighted_term<T, P, K>> = true;
+namespace detail {
 /// Whether a metric is a `combined_metric`.
 export template <class T>
 inline constexpr bool is_combined = false;
 template <class... T>
 inline constexpr bool is_combined<combined_metric<T...>> = true;
+}  // namespace detail
+using detail::is_combined;
 
 template <class T, int D>
 inline constexpr bool is_metric = ResidualTerm<T, D>;
@@ -208,6 +215,7 @@ inline constexpr bool is_metric<combined_metric<T...>, D> =
 export template <class T, int D>
 concept RegistrationMetric = ResidualTerm<T, D> || is_metric<T, D>;
 
+namespace detail {
 /// Calls `f(term, weight, pair weight, kernel)` for a term.
 template <class Metric, class F>
 void with_weights(const Metric& metric, F&& f) {
@@ -247,6 +255,9 @@ export template <bool SourceNormals, bool TargetNormals, Scalar S, int D, class 
   }
   return pair;
 }
+}  // namespace detail
+using detail::pair_at;
+using detail::with_terms;
 
 /// For estimators of yours: `matcher(pair)` is the pair that is passed to a metric, after a
 /// `PointMap` has moved the source. An affine map moves points in double, a field in its own
@@ -326,6 +337,7 @@ export template <class Metric, class M, PointsSource P, PointsSource T>
 pair_matcher(const Metric&, const M&, P&&, T&&)
     -> pair_matcher<Metric, M, scalar_of<P>, dimension_of<P>>;
 
+namespace detail {
 /// Throws `invalid_input` for a weight that is negative or NaN.
 export inline void expect_weight(double weight) {
   if (!(weight >= 0))
@@ -340,6 +352,9 @@ export template <int D, class Term>
   term(pair, [&](double value, const auto&...) { square += value * value; });
   return std::sqrt(square);
 }
+}  // namespace detail
+using detail::expect_weight;
+using detail::residual_length;
 
 /// The rows of one term for one pair, as `weighted_rows` says.
 template <int D, class Term, class Pairs, class Kernel, class Emit>

@@ -6,6 +6,7 @@ import cilantro.core;
 
 namespace cilantro {
 
+namespace detail {
 /// Throws `invalid_input`, naming the set, if a normal does not have unit length, to one part in a
 /// hundred: residuals along it would be in another unit. Normals that are zero or not finite are
 /// unknown, and allowed.
@@ -19,5 +20,7 @@ void expect_unit_normals(points_view<S, D> normals, const char* whose) {
                           in_digits(std::sqrt(square))};
   }
 }
+}  // namespace detail
+using detail::expect_unit_normals;
 
 }  // namespace cilantro

@@ -343,7 +343,7 @@ void nearest_neighbor_engine<S, D>::find(const source_motion& motion,
     select_correspondences(out, options_);
 }
 
-#define CILANTRO_INSTANTIATE(S, D) template class nearest_neighbor_engine<S, D>;
+#define CILANTRO_INSTANTIATE(S, D) template class detail::nearest_neighbor_engine<S, D>;
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_INSTANTIATE)
 #undef CILANTRO_INSTANTIATE
 

@@ -33,6 +33,7 @@ struct nearest_neighbor_memory {
   std::vector<char> is_wanted;  ///< Which targets are searched for, unless all are.
 };
 
+namespace detail {
 /// What `nearest_neighbor_searcher` searches with, in a dimension that the library is compiled for.
 export template <Scalar S, int D>
 class nearest_neighbor_engine {
@@ -73,6 +74,8 @@ class nearest_neighbor_engine {
   std::optional<kd_tree<S, D>> target_tree_,
       source_tree_;  ///< Both exist if queries are answered in blocks.
 };
+}  // namespace detail
+using detail::nearest_neighbor_engine;
 
 /// Pairs every source point with the nearest target point, or the other way round, or both;
 /// `correspondence_options` decide which pairs are kept. Works in any dimension.
@@ -127,7 +130,8 @@ export template <PointsSource T, PointsSource P>
 nearest_neighbor_searcher(T&&, P&&, correspondence_options = {}, task_monitor = {})
     -> nearest_neighbor_searcher<scalar_of<T>, dimension_of<T>>;
 
-#define CILANTRO_COMPILED_ELSEWHERE(S, D) extern template class nearest_neighbor_engine<S, D>;
+#define CILANTRO_COMPILED_ELSEWHERE(S, D) \
+  extern template class detail::nearest_neighbor_engine<S, D>;
 CILANTRO_FOR_CLOSED_SPACES(CILANTRO_COMPILED_ELSEWHERE)
 #undef CILANTRO_COMPILED_ELSEWHERE
 

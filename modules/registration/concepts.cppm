@@ -37,15 +37,15 @@ export struct alignment_fit {
   /// the origin of the target's coordinates: for a rigid motion in 3D, the rotation in radians
   /// about x, y and z, then the translation. Empty if there are too many unknowns for a dense
   /// matrix, as for a field of transforms; `directions` and `eigenvalues` are then empty, too.
-  Eigen::MatrixXd information;
+  Eigen::MatrixXd information = {};
   /// Independent small motions, one per column, in the same unknowns, by ascending eigenvalue. Each
   /// moves the paired source points by one unit, root mean square; a motion that moves none of them
   /// is scaled to unit length.
-  Eigen::MatrixXd directions;
+  Eigen::MatrixXd directions = {};
   /// For each direction, the share, from 0 to 1, of the mean squared displacement of the points
   /// that the residuals notice. 1: all of it, as with `point_to_point`. 0: nothing, as with
   /// `point_to_plane` when a plane slides along itself.
-  Eigen::VectorXd eigenvalues;
+  Eigen::VectorXd eigenvalues = {};
   /// How many of the directions, counted from the first, the pairs do not determine; no step is
   /// taken along these. If there are no directions, how many of the unknowns.
   index_t undetermined = 0;
@@ -64,9 +64,10 @@ export struct alignment_fit {
 /// One improvement of a transform.
 export template <class T>
 struct registration_step {
-  T transform;              ///< The new transform; the old one if the pairs determine nothing.
-  transform_change change;  ///< From the old to the new one.
-  alignment_fit fit;        ///< The fit of the old transform, with the given pairs.
+  T transform;  ///< The new transform; the old one if the pairs determine nothing.
+  /// From the old to the new one: `icp` has converged when it is small, as it is if left out.
+  transform_change change = {};
+  alignment_fit fit = {};  ///< The fit of the old transform, with the given pairs.
 };
 
 template <class T, class S>
@@ -138,8 +139,8 @@ void find_with_memory(const S& searcher, const T& transform, repeated_memory<S>&
 /// `weighted_rows` evaluate the library's metrics for those. Optional: a default-constructible type
 /// `memory`, and `estimate(current, pairs, memory)`, which gives the same result, faster, with the
 /// help of what earlier calls have left in `memory`.
-/// Models: `point_to_point_estimator`, `least_squares_estimator`; `warp_estimator` of `cilantro.warp`;
-/// `check_transform_estimator` tests yours.
+/// Models: `point_to_point_estimator`, `least_squares_estimator`; `warp_estimator` of
+/// `cilantro.warp`; `check_transform_estimator` tests yours.
 export template <class E, class Pairs>
 concept TransformEstimator = requires {
   typename E::transform_type;

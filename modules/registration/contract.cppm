@@ -91,8 +91,9 @@ template <int D, class M>
 }
 
 /// Tests an estimator of yours on a transform and pairs: that results are repeatable, with memory
-/// and without, that the transform does not change without pairs, and that the figures of the fit
-/// make sense.
+/// and without, that the transform does not change without pairs, and otherwise not without a
+/// `change`, by which `icp` tells whether it has converged, and that the figures of the fit make
+/// sense.
 export template <class E, class Pairs>
   requires TransformEstimator<E, Pairs>
 [[nodiscard]] std::vector<std::string> check_transform_estimator(
@@ -112,6 +113,11 @@ export template <class E, class Pairs>
   const auto second = estimator.estimate(transform, pairs);
   violations.expect(same(first.transform, second.transform),
                     "two estimates with the same arguments differ");
+  violations.expect(same(first.transform, transform) || first.change.rotation != 0 ||
+                        first.change.translation != 0,
+                    "the transform changes, and `change` says that it does not");
+  violations.expect(first.fit.pairs == 0 || first.fit.overlap > 0,
+                    "the fit counts pairs, and says that none of the source has a partner");
   if constexpr (!std::same_as<repeated_memory<E>, no_memory>) {
     repeated_memory<E> memory{};
     for (int i = 0; i < 2; ++i)
@@ -137,8 +143,10 @@ export template <class E, class Pairs>
   return violations.take();
 }
 
-/// Tests a residual term of yours in D dimensions on random pairs: that it is finite and
-/// repeatable, and that gradients are the derivatives of the values by the point.
+/// Tests a residual term of yours in D dimensions on random pairs, as
+/// `check_residual_term<3>(term)`: that it is finite and repeatable, that gradients are the
+/// derivatives of the values by the point, and that it reads no normals without saying that it
+/// needs them, which would then be zero.
 export template <int D, ResidualTerm<D> Term>
 [[nodiscard]] std::vector<std::string> check_residual_term(const Term& term,
                                                            const contract_options& options = {}) {
@@ -166,6 +174,17 @@ export template <int D, ResidualTerm<D> Term>
     matched_pair<D> pair{some(), some(), some().normalized(), some().normalized(), 0, 0};
     const auto rows = rows_of(pair), again = rows_of(pair);
     violations.expect(rows.size() == again.size(), "two calls with the same arguments differ");
+    const auto reads = [&](vector matched_pair<D>::* normal) {
+      auto without = pair;
+      (without.*normal).setZero();
+      return !std::ranges::equal(rows, rows_of(without), [](const row& a, const row& b) {
+        return a.value == b.value && a.gradient == b.gradient;
+      });
+    };
+    violations.expect(needs_source_normals<Term> || !reads(&matched_pair<D>::normal),
+                      "it reads `normal`, and has no `needs_source_normals = true`");
+    violations.expect(needs_target_normals<Term> || !reads(&matched_pair<D>::target_normal),
+                      "it reads `target_normal`, and has no `needs_target_normals = true`");
     for (index_t k = 0; k < d; ++k) {
       constexpr double h = 1e-6;
       auto ahead = pair, behind = pair;

@@ -124,6 +124,27 @@ putative_pairs<D> some_pairs() {
   return pairs;
 }
 
+/// Reads a normal that it does not ask for.
+template <auto Normal>
+struct along {
+  template <int D, class Emit>
+  void operator()(const matched_pair<D>& pair, const Emit& emit) const {
+    const auto& normal = pair.*Normal;
+    emit((pair.point - pair.target).dot(normal), normal);
+  }
+};
+/// Moves, and says nothing of it.
+struct silent_estimator {
+  using transform_type = Eigen::Isometry3d;
+  [[nodiscard]] registration_step<Eigen::Isometry3d> estimate(
+      const Eigen::Isometry3d& current, std::span<const correspondence<double>> pairs) const {
+    registration_step<Eigen::Isometry3d> step{.transform = current};
+    step.fit.pairs = std::ssize(pairs);
+    if (!pairs.empty()) step.transform.pretranslate(Eigen::Vector3d{1, 2, 3});
+    return step;
+  }
+};
+
 struct long_feature {
   Eigen::Matrix2Xd features = Eigen::Matrix2Xd::Zero(2, 3);
   [[nodiscard]] points_view<double, 2> target() const { return as_points(features); }
@@ -162,6 +183,13 @@ TEST_CASE_TEMPLATE("the shipped residuals have the gradients that they say", T,
   CHECK(mentions(check_residual_term<D>(wrong_gradient{}), "gradient is not the derivative"));
 }
 
+TEST_CASE("a residual that reads normals without asking for them is told so") {
+  CHECK(mentions(check_residual_term<3>(along<&matched_pair<3>::normal>{}),
+                 "no `needs_source_normals = true`"));
+  CHECK(mentions(check_residual_term<3>(along<&matched_pair<3>::target_normal>{}),
+                 "no `needs_target_normals = true`"));
+}
+
 TEST_CASE("searchers that are out of order, out of range or forgetful are told so") {
   const auto points = test::random_points<test::d3>(10);
   const std::vector transforms{Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()};
@@ -189,6 +217,9 @@ TEST_CASE("estimators keep what they promise, with and without pairs") {
   const auto violations = check_transform_estimator(inventive_estimator{}, start, pairs);
   CHECK(mentions(violations, "without pairs, the transform changes"));
   CHECK(mentions(violations, "overlap is not from 0 to 1"));
+  const auto silent = check_transform_estimator(silent_estimator{}, start, pairs);
+  CHECK(mentions(silent, "`change` says that it does not"));
+  CHECK(mentions(silent, "none of the source has a partner"));
 }
 
 TEST_CASE("a feature that is longer than it should be is told so") {

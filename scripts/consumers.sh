@@ -92,12 +92,12 @@ run_case() {
       cmake -S examples/from_gcc -B "$build" -G Ninja -DCLANG="$compiler" -DCMAKE_PREFIX_PATH="$prefix"
       cmake --build "$build"
       "$build/installed/bin/program" ;;
-    # One that is built for what is installed, and put beside it.
+    # One that is built for what is installed, and put beside it; areas can be asked for as components can.
     component)
       local installed=$PWD/$build/installed
       project $projects/component/empty -DCMAKE_INSTALL_PREFIX="$installed"
       cmake --install "$build"
-      prefix="$installed;$prefix" build=$build/program project $projects/component/program
+      prefix="$installed;$prefix" build=$build/program project $projects/component/program "-DCONSUMER_COMPONENT=empty;registration"
       "$build/program/program"
       refuse_project $projects/component/program -DCONSUMER_COMPONENT=none 'there is no component "none" beside this cilantro' ;;
     # One of the tree: not in the library, and not at all unless it is asked for.

@@ -87,6 +87,7 @@ struct field_estimator {
       step.change.translation = std::max(step.change.translation, shift.norm());
     }
     step.fit.undetermined = 3 * std::ranges::count(is_seen, 0);
+    step.fit.overlap = double(std::ranges::count(is_seen, 1)) / double(is_seen.size());
     return step;
   }
 };

@@ -42,10 +42,11 @@ export std::string at_window(const std::string& title) {
   return "search --sync --onlyvisible --name '^" + title + "$' ";
 }
 
-/// Updates the windows until something holds, or for half a minute.
+/// Updates the windows until something holds, or for two minutes: a look may take ten seconds where
+/// each access is checked.
 export template <class F, class... Windows>
 bool eventually(F&& holds, Windows&... windows) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{30};
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{120};
   while (!holds()) {
     (windows.update(), ...);
     if (std::chrono::steady_clock::now() > end) return false;
